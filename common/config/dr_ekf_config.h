@@ -1,0 +1,64 @@
+// Tuning of the dead-reckoning filter (section `dr_ekf`). Sensor noise is calibration, not tuning.
+#pragma once
+
+#include "common/config/fields.h"
+
+namespace gw {
+
+enum class DrSource {
+  kSensors,   // filter IMU and WHEEL
+  kRecorded,  // the log already holds DR (made by an importer or an earlier run): pass it on
+};
+
+struct DrEkfConfig {
+  DrSource source = DrSource::kSensors;
+  double wheel_sigma_m_per_sqrt_m = 0.01;
+  double wheel_sigma_deg_per_sqrt_m = 1.0;
+  double wheel_sigma_deg_per_sqrt_rad = 1.0;
+  double wheel_scale_sigma = 0.02;
+  double lateral_sigma_m_s = 0.02;
+  double gate_sigma = 4.0;
+  int history_ms = 1000;
+  int stationary_ms = 300;
+
+  template <typename Visitor>
+  void VisitFields(Visitor& v) {
+    v.Enum("source", source, {{"sensors", DrSource::kSensors}, {"recorded", DrSource::kRecorded}},
+           {.text = "filter the sensors, or pass on the DR messages that a recording holds"});
+    v.Field(
+        "wheel_sigma_m_per_sqrt_m", wheel_sigma_m_per_sqrt_m,
+        {.min = 1e-5, .max = 1, .unit = "m/sqrt(m)", .text = "wheel odometry noise along the way"});
+    v.Field("wheel_sigma_deg_per_sqrt_m", wheel_sigma_deg_per_sqrt_m,
+            {.min = 1e-4,
+             .max = 90,
+             .unit = "deg/sqrt(m)",
+             .text = "heading noise of the wheels per way driven"});
+    v.Field("wheel_sigma_deg_per_sqrt_rad", wheel_sigma_deg_per_sqrt_rad,
+            {.min = 1e-4,
+             .max = 90,
+             .unit = "deg/sqrt(rad)",
+             .text = "heading noise of the wheels per angle turned"});
+    v.Field(
+        "wheel_scale_sigma", wheel_scale_sigma,
+        {.min = 0, .max = 0.5, .text = "prior uncertainty of the wheel scale (0: not estimated)"});
+    v.Field("lateral_sigma_m_s", lateral_sigma_m_s,
+            {.min = 1e-4,
+             .max = 1,
+             .unit = "m/s",
+             .text = "sideways and vertical slip allowed by the non-holonomic constraint"});
+    v.Field("gate_sigma", gate_sigma,
+            {.min = 1, .max = 100, .unit = "sigma", .text = "innovation gate"});
+    v.Field("history_ms", history_ms,
+            {.min = 10,
+             .max = 60000,
+             .unit = "ms",
+             .text = "how late a measurement may arrive and still be used"});
+    v.Field("stationary_ms", stationary_ms,
+            {.min = 50,
+             .max = 10000,
+             .unit = "ms",
+             .text = "how long all sensors must be still before the pose is held"});
+  }
+};
+
+}  // namespace gw

@@ -1,0 +1,91 @@
+#include "common/contract/dr_history.h"
+
+#include <algorithm>
+
+namespace gw {
+namespace {
+
+SE3 Extrapolate(const DrState& state, Utime utime) {
+  const double dt = (utime - state.utime).seconds();
+  Vector6d twist;
+  twist << state.v_OB_B, state.w_OB_B;
+  return state.T_OB * SE3::Exp(twist * dt);
+}
+
+// First state at or after utime.
+std::deque<DrState>::const_iterator FirstNotBefore(const std::deque<DrState>& states, Utime utime) {
+  return std::lower_bound(states.begin(), states.end(), utime,
+                          [](const DrState& s, Utime t) { return s.utime < t; });
+}
+
+}  // namespace
+
+bool DrHistory::Push(const DrState& state) {
+  if (!states_.empty() && state.utime <= states_.back().utime) return false;
+  states_.push_back(state);
+  while (states_.size() > 2 && states_.back().utime - states_.front().utime > window_) {
+    states_.pop_front();
+  }
+  return true;
+}
+
+std::optional<SE3> DrHistory::PoseAt(Utime utime, DurationUs max_extrapolation) const {
+  if (states_.empty() || utime < states_.front().utime) return std::nullopt;
+  const auto after = FirstNotBefore(states_, utime);
+  if (after == states_.end()) {
+    if (utime - states_.back().utime > max_extrapolation) return std::nullopt;
+    return Extrapolate(states_.back(), utime);
+  }
+  if (after->utime == utime) return after->T_OB;
+  const auto before = std::prev(after);
+  if (before->reset_counter != after->reset_counter) return std::nullopt;
+  const double fraction =
+      (utime - before->utime).seconds() / (after->utime - before->utime).seconds();
+  return Interpolate(before->T_OB, after->T_OB, fraction);
+}
+
+std::optional<DrIncrement> DrHistory::Increment(Utime a, Utime b,
+                                                DurationUs max_extrapolation) const {
+  if (b < a) return std::nullopt;
+  const std::optional<SE3> T_OBa = PoseAt(a, max_extrapolation);
+  const std::optional<SE3> T_OBb = PoseAt(b, max_extrapolation);
+  if (!T_OBa || !T_OBb) return std::nullopt;
+
+  DrIncrement out;
+  out.utime_begin = a;
+  out.utime_end = b;
+  out.T_BaBb = T_OBa->inverse() * *T_OBb;
+
+  // States that shape the interval: those inside it, and the one at or after its end (or the
+  // newest).
+  auto it = FirstNotBefore(states_, a);
+  if (it == states_.end()) --it;
+  out.reset_counter = it->reset_counter;
+
+  Matrix6d white = Matrix6d::Zero();
+  Matrix6d lever =
+      Matrix6d::Zero();  // integral of the adjoint that carries a twist error at t to b
+  Matrix6d coherent = Matrix6d::Zero();
+  Utime from = a;
+  for (; it != states_.end(); ++it) {
+    if (it->reset_counter != out.reset_counter) return std::nullopt;
+    out.slip |= it->slip;
+    out.synthetic |= it->synthetic;
+    const bool last = it->utime >= b || std::next(it) == states_.end();
+    const Utime to = last ? b : it->utime;
+    const double dt = (to - from).seconds();
+    const SE3 T_BbBt = T_OBb->inverse() * (it->utime > b ? *T_OBb : it->T_OB);
+    const Matrix6d adj = T_BbBt.Adjoint();
+    white += adj * it->cov_twist_white * adj.transpose() * dt;
+    lever += adj * dt;
+    coherent += it->cov_twist_coherent * dt;
+    from = to;
+    if (last) break;
+  }
+  const double duration = (b - a).seconds();
+  if (duration > 0) coherent /= duration;
+  out.cov = white + lever * coherent * lever.transpose();
+  return out;
+}
+
+}  // namespace gw

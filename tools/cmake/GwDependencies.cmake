@@ -1,0 +1,24 @@
+# Every third-party package, once. A package is linked only through the target named here;
+# docs/adr/0001-layers.md says which of our targets may see which.
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(yaml-cpp REQUIRED)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc features2d imgcodecs)
+find_package(Ceres 2.1 REQUIRED)
+find_package(ZLIB REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(GTest REQUIRED)
+find_package(benchmark REQUIRED)
+
+# Debian's LCM has no CMake package, and lcm.pc asks for GLib headers that we do not need.
+find_path(GW_LCM_INCLUDE lcm/lcm-cpp.hpp REQUIRED)
+find_library(GW_LCM_LIBRARY lcm REQUIRED)
+find_program(GW_LCM_GEN lcm-gen REQUIRED)
+add_library(gw_lcm INTERFACE)
+target_include_directories(gw_lcm SYSTEM INTERFACE ${GW_LCM_INCLUDE})
+target_link_libraries(gw_lcm INTERFACE ${GW_LCM_LIBRARY})
+
+# OpenCV's imported targets, as system headers and only the modules we use.
+add_library(gw_opencv INTERFACE)
+target_include_directories(gw_opencv SYSTEM INTERFACE ${OpenCV_INCLUDE_DIRS})
+target_link_libraries(gw_opencv INTERFACE opencv_core opencv_imgproc opencv_features2d opencv_imgcodecs)

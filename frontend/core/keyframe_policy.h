@@ -1,0 +1,24 @@
+// When an image becomes a keyframe. Pure arithmetic on what the tracker knows of the image.
+#pragma once
+
+#include "common/config/frontend_config.h"
+#include "common/core/time.h"
+
+namespace gw::frontend {
+
+struct KeyframeEvidence {
+  DurationUs since_last{0};
+  bool vision = true;  // the pose comes from vision (not DR alone)
+  int num_inliers = 0;
+  int reference_inliers =
+      0;  // best of the first images after the last keyframe: what a good view gives
+  int num_close_tracked = 0;    // inliers with depth
+  int num_close_untracked = 0;  // features with depth that show no landmark yet
+  double translation_m = 0;     // since the last keyframe
+  double rotation_rad = 0;
+  double median_depth_m = 0;  // of the features with depth; 0: unknown
+};
+
+bool NeedsKeyframe(const KeyframeEvidence& evidence, const FrontendConfig& config);
+
+}  // namespace gw::frontend

@@ -1,0 +1,56 @@
+#include "frontend/core/keyframe_policy.h"
+
+#include <gtest/gtest.h>
+
+namespace gw::frontend {
+namespace {
+
+const FrontendConfig kDefault;
+
+KeyframeEvidence GoodView() {
+  return {.since_last = Milliseconds(200),
+          .vision = true,
+          .num_inliers = 300,
+          .reference_inliers = 320,
+          .num_close_tracked = 280,
+          .num_close_untracked = 100,
+          .translation_m = 0.1,
+          .rotation_rad = 0.05,
+          .median_depth_m = 2.0};
+}
+
+TEST(KeyframePolicy, GoodViewNeedsNone) {
+  EXPECT_FALSE(NeedsKeyframe(GoodView(), kDefault));
+}
+
+TEST(KeyframePolicy, LostOverlapNeedsOne) {
+  KeyframeEvidence e = GoodView();
+  e.num_inliers = 200;
+  EXPECT_TRUE(NeedsKeyframe(e, kDefault));
+}
+
+TEST(KeyframePolicy, StandingStillNeverNeedsOneHoweverLong) {
+  KeyframeEvidence e = GoodView();
+  e.translation_m = 0.001;
+  e.rotation_rad = 0.001;
+  e.since_last = Milliseconds(3600000);
+  EXPECT_FALSE(NeedsKeyframe(e, kDefault));
+}
+
+TEST(KeyframePolicy, MovingSlowlyNeedsOneInTheEnd) {
+  KeyframeEvidence e = GoodView();
+  e.since_last = Milliseconds(kDefault.keyframe_max_interval_ms);
+  EXPECT_TRUE(NeedsKeyframe(e, kDefault));
+}
+
+TEST(KeyframePolicy, BlindChainGoesByMotionAlone) {
+  KeyframeEvidence e;
+  e.vision = false;
+  e.since_last = Milliseconds(60000);
+  EXPECT_FALSE(NeedsKeyframe(e, kDefault));
+  e.translation_m = 0.5;
+  EXPECT_TRUE(NeedsKeyframe(e, kDefault));
+}
+
+}  // namespace
+}  // namespace gw::frontend

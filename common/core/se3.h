@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace gw {
 
@@ -29,8 +30,10 @@ Eigen::Matrix3d RightJacobianInverseSO3(const Eigen::Vector3d& a);
 class SE3 {
  public:
   SE3() : q_(Eigen::Quaterniond::Identity()), p_(Eigen::Vector3d::Zero()) {}
-  // Normalises q. Precondition: q is finite and not zero.
-  SE3(const Eigen::Quaterniond& q, const Eigen::Vector3d& p) : q_(q.normalized()), p_(p) {}
+  // Normalises q, unless it already is unit but for rounding: normalising again would move last
+  // bits, and a pose would not survive writing and reading. Precondition: q is finite and not zero.
+  SE3(const Eigen::Quaterniond& q, const Eigen::Vector3d& p)
+      : q_(std::abs(q.squaredNorm() - 1.0) < kUnitTolerance ? q : q.normalized()), p_(p) {}
 
   static SE3 Exp(const Vector6d& tangent);
   Vector6d Log() const;
@@ -52,6 +55,8 @@ class SE3 {
   bool IsFinite() const { return q_.coeffs().allFinite() && p_.allFinite(); }
 
  private:
+  static constexpr double kUnitTolerance = 1.8e-15;  // of the squared norm; rounding leaves < 1e-15
+
   Eigen::Quaterniond q_;
   Eigen::Vector3d p_;
 };

@@ -74,5 +74,15 @@ TEST(Se3, InterpolationMeetsBothEndsAndTheMiddle) {
   EXPECT_LT(((a.inverse() * m).Log() - (m.inverse() * b).Log()).norm(), 1e-12);
 }
 
+TEST(SE3, NormalisingTwiceChangesNothing) {
+  for (int i = 0; i < 10000; ++i) {
+    CounterRng rng(11, 0, i);
+    const SE3 once({rng.Normal(), rng.Normal(), rng.Normal(), rng.Normal()}, {0, 0, 0});
+    const SE3 twice(once.rotation(), once.translation());
+    ASSERT_EQ(twice.rotation().coeffs(), once.rotation().coeffs()) << "case " << i;
+    ASSERT_NEAR(once.rotation().norm(), 1.0, 1e-15);
+  }
+}
+
 }  // namespace
 }  // namespace gw

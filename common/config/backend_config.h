@@ -8,6 +8,7 @@ namespace gw {
 struct BackendConfig {
   int covisibility_min_shared = 15;
   int local_keyframes = 20;
+  int local_fixed_keyframes = 20;
   int local_ba_iterations = 10;
   double redundant_share = 0.9;
   int redundant_observers = 3;
@@ -21,8 +22,15 @@ struct BackendConfig {
              .max = 1000,
              .unit = "count",
              .text = "shared landmarks that make two keyframes neighbours"});
-    v.Field("local_keyframes", local_keyframes,
-            {.min = 2, .max = 200, .unit = "count", .text = "keyframes that local BA moves"});
+    v.Field(
+        "local_keyframes", local_keyframes,
+        {.min = 2, .max = 200, .unit = "count", .text = "covisible keyframes that local BA moves"});
+    v.Field("local_fixed_keyframes", local_fixed_keyframes,
+            {.min = 1,
+             .max = 500,
+             .unit = "count",
+             .text = "keyframes outside the window, seeing its landmarks, that hold local BA in "
+                     "place"});
     v.Field(
         "local_ba_iterations", local_ba_iterations,
         {.min = 1, .max = 100, .unit = "count", .text = "solver iterations per pass of local BA"});

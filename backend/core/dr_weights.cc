@@ -1,0 +1,64 @@
+#include "backend/core/dr_weights.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gw::backend {
+namespace {
+
+// Lack of quality of the edge that ends at `to`; a keyframe without an edge lacks nothing.
+double Lack(const Map& map, const MapKeyframe& to, double reference) {
+  return to.frame.previous.valid() ? 1.0 - EdgeQuality(map, to.frame.id, reference) : 0.0;
+}
+
+}  // namespace
+
+double EdgeQuality(const Map& map, KeyframeId to, double connection_reference) {
+  const MapKeyframe& keyframe = map.keyframes().at(to);
+  const double shared = map.SharedLandmarks(to, keyframe.frame.previous);
+  return std::clamp(shared / connection_reference, 0.0, 1.0);
+}
+
+double SmoothedLack(const Map& map, KeyframeId to, double connection_reference) {
+  const MapKeyframe* const centre = map.FindKeyframe(to);
+  double largest = Lack(map, *centre, connection_reference);
+  for (const bool forward : {false, true}) {
+    const MapKeyframe* at = centre;
+    double fade = 1.0;
+    for (int hop = 0; hop < kSmoothingHops; ++hop) {
+      at = map.FindKeyframe(forward ? at->next : at->frame.previous);
+      if (at == nullptr) break;
+      fade *= 0.5;
+      largest = std::max(largest, fade * Lack(map, *at, connection_reference));
+    }
+  }
+  return largest;
+}
+
+double ConnectionReference(const Map& map, const std::vector<KeyframeId>& window,
+                           const DrWeightConfig& config) {
+  std::vector<int> counts;
+  for (const KeyframeId id : window) {
+    const MapKeyframe& keyframe = map.keyframes().at(id);
+    const MapKeyframe* previous = map.FindKeyframe(keyframe.frame.previous);
+    if (previous == nullptr || keyframe.frame.num_tracked < config.n_trk_ref ||
+        previous->frame.num_tracked < config.n_trk_ref) {
+      continue;
+    }
+    counts.push_back(map.SharedLandmarks(id, keyframe.frame.previous));
+  }
+  if (counts.size() < 3) return kInitialConnectionReference;
+  const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2);
+  std::nth_element(counts.begin(), middle, counts.end());
+  return std::max(kInitialConnectionReference, *middle);
+}
+
+double DrScale(double lack, Variant variant, const DrWeightConfig& config) {
+  if (!DrInLocalBa(variant)) return 0;
+  if (variant == Variant::kFixed) return config.fixed_alpha;
+  if (variant == Variant::kSwitch) return 1.0 - lack < config.switch_q ? config.alpha_max : 0;
+  return config.alpha_min *
+         std::pow(config.alpha_max / config.alpha_min, std::clamp(lack, 0.0, 1.0));
+}
+
+}  // namespace gw::backend

@@ -1,0 +1,37 @@
+// Good Weights in local mapping: how strongly the DR edge between temporally adjacent keyframes
+// counts (method.md section 3).
+//
+//   Q_ij = clip(C_ij / C_ref, 0, 1)                     C_ij: landmarks that both observe
+//   alpha = alpha_min * (alpha_max / alpha_min)^(1-Q)
+//
+// Smoothing. The lack of quality 1 - Q of an edge reaches its neighbours along the temporal chain,
+// halved with every hop: lack~(e) = max over edges f, |e - f| <= kSmoothingHops, of
+// lack(f) / 2^|e - f|. A maximum, not an average: a poorly connected keyframe strengthens its
+// neighbours and never loses its own support to them (paper, fig. dr_ba).
+#pragma once
+
+#include "backend/core/map.h"
+#include "common/config/frontend_config.h"
+
+namespace gw::backend {
+
+inline constexpr int kSmoothingHops = 3;
+inline constexpr int kInitialConnectionReference = 20;  // C_ref before there is a median (paper)
+
+// Q of the edge that ends at `to` (from its `previous`). Precondition: `to` is in the map.
+double EdgeQuality(const Map& map, KeyframeId to, double connection_reference);
+
+// 1 - (smoothed Q) of the edge that ends at `to`.
+double SmoothedLack(const Map& map, KeyframeId to, double connection_reference);
+
+// C_ref: median of C_ij over those temporal edges among `window` whose two ends are well tracked
+// (num_tracked >= n_trk_ref, where the front-end's quality saturates); not below the initial value,
+// which also stands while there are fewer than 3 such edges. `window`: ids in the map.
+double ConnectionReference(const Map& map, const std::vector<KeyframeId>& window,
+                           const DrWeightConfig& config);
+
+// alpha for the variant: 0 means that the edge is not used. kFixed: the constant; kSwitch:
+// alpha_max below switch_q, nothing above; variants without DR in local BA: 0.
+double DrScale(double lack, Variant variant, const DrWeightConfig& config);
+
+}  // namespace gw::backend

@@ -1,0 +1,79 @@
+// Local bundle adjustment: the newest keyframes and what they see, moved together.
+//
+// plan, solve, apply: Mapper::BuildJob cuts an immutable snapshot from the map, SolveLocalBa is a
+// pure function that may run on another thread, Mapper::Apply merges the result. Cost: Huber
+// reprojection errors and the DR edges between temporal neighbours (method.md section 2).
+// Bounded by iteration counts only; the same job gives the same bytes.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "backend/core/reprojection.h"
+#include "common/camera/camera_model.h"
+#include "common/contract/map.h"
+
+namespace gw::backend {
+
+struct LocalBaJob {
+  struct KeyframeState {
+    KeyframeId id;
+    SE3 T_WC;
+    bool fixed = false;
+  };
+  struct LandmarkState {
+    LandmarkId id;
+    Eigen::Vector3d p_W;
+  };
+  struct Sighting {
+    int32_t keyframe = 0;  // index into keyframes
+    int32_t landmark = 0;  // index into landmarks
+    PixelMeasurement pixel;
+  };
+  struct DrEdge {
+    int32_t from = 0, to = 0;   // indices into keyframes
+    SE3 T_FromTo;               // camera motion
+    Matrix6d sqrt_information;  // of alpha * inv(Sigma): upper triangular
+    double alpha = 0;
+  };
+
+  int64_t revision = 0;  // of the map it was cut from
+  KeyframeId newest;     // of that map
+  RectifiedCamera camera;
+  int iterations = 10;                   // per pass
+  std::vector<KeyframeState> keyframes;  // sorted by id; at least one is fixed
+  std::vector<LandmarkState> landmarks;  // sorted by id; each has at least two sightings
+  std::vector<Sighting> sightings;       // sorted by landmark, then keyframe
+  std::vector<DrEdge> dr_edges;          // sorted by `to`
+};
+
+struct LocalBaResult {
+  int64_t revision = 0;  // of the job
+  KeyframeId newest;     // of the job
+  // False: the solver found no usable step or the numbers are not finite; nothing may be applied.
+  bool usable = false;
+  struct MovedKeyframe {
+    KeyframeId id;
+    SE3 T_WC;
+  };
+  struct MovedLandmark {
+    LandmarkId id;
+    Eigen::Vector3d p_W;
+  };
+  struct Outlier {
+    LandmarkId landmark;
+    KeyframeId keyframe;
+  };
+  std::vector<MovedKeyframe> keyframes;  // the free ones
+  std::vector<MovedLandmark> landmarks;
+  std::vector<Outlier> outliers;  // sightings that no longer belong to their landmark
+  std::vector<DrEdgeWeight> dr_edges;
+  // For reports.
+  int iterations = 0;
+  int num_sightings = 0;
+  double cost_before = 0, cost_after = 0;  // robust cost of the sightings kept to the end, and DR
+};
+
+LocalBaResult SolveLocalBa(const LocalBaJob& job);
+
+}  // namespace gw::backend

@@ -1,0 +1,230 @@
+#include "backend/core/mapper.h"
+
+#include <algorithm>
+#include <map>
+
+#include "backend/core/landmark_state.h"
+#include "backend/core/window.h"
+
+namespace gw::backend {
+namespace {
+
+constexpr size_t kMaxMoves = 2000;  // more than a second's worth of local windows
+
+}  // namespace
+
+Result<Mapper> Mapper::Create(const BackendConfig& config, const FrontendConfig& frontend,
+                              const RectifiedCamera& camera, Map map) {
+  if (!(camera.fx > 0 && camera.fy > 0 && camera.baseline_m > 0)) {
+    return Error{ErrorCode::kBadConfig,
+                 "calibration.camera: focal length and baseline must be > 0"};
+  }
+  if (frontend.orb.num_levels < 1 || frontend.orb.num_levels > kMaxLevel ||
+      !(frontend.orb.scale_factor > 1)) {
+    return Error{ErrorCode::kBadConfig,
+                 "frontend.orb: num_levels must be 1..31 and scale_factor > 1"};
+  }
+  if (!(frontend.dr_weight.alpha_min > 0) ||
+      !(frontend.dr_weight.alpha_max >= frontend.dr_weight.alpha_min)) {
+    return Error{ErrorCode::kBadConfig,
+                 "frontend.dr_weight: alpha_min must be > 0 and alpha_max >= alpha_min"};
+  }
+  return Mapper(MappingContext::Make(config, frontend, camera), std::move(map));
+}
+
+void Mapper::RememberMove(int64_t revision, KeyframeId id, const SE3& T_WC_before) {
+  moves_.push_back({revision, id, T_WC_before});
+  if (moves_.size() > kMaxMoves) moves_.pop_front();
+}
+
+// The pose in today's map of a keyframe that was tracked in an older one.
+SE3 Mapper::CarriedPose(const Keyframe& keyframe) const {
+  const MapKeyframe* previous = map_.FindKeyframe(keyframe.previous);
+  if (previous == nullptr) return keyframe.T_WC;
+  const auto first = std::find_if(moves_.begin(), moves_.end(), [&](const Move& move) {
+    return move.revision > keyframe.map_revision && move.id == keyframe.previous;
+  });
+  if (first == moves_.end()) return keyframe.T_WC;
+  return previous->frame.T_WC * first->T_WC_before.inverse() * keyframe.T_WC;
+}
+
+void Mapper::TakeObservations(const Keyframe& keyframe) {
+  const SE3 T_WC = map_.FindKeyframe(keyframe.id)->frame.T_WC;
+  for (size_t i = 0; i < keyframe.features.size(); ++i) {
+    const LandmarkId named = keyframe.landmarks[i];
+    if (!named.valid()) continue;
+    const Observation observation{keyframe.id, static_cast<int32_t>(i)};
+    const Feature& f = keyframe.features[i];
+    LandmarkId id = named;
+    if (named.creator() == keyframe.id) {
+      if (named.feature_index() != static_cast<int>(i) || !f.has_depth()) {
+        ++counters_.landmarks_invalid;
+        map_.RemoveLandmark(named);
+        continue;
+      }
+      map_.AddLandmark(id).p_W = T_WC * context_.camera.Unproject(f.u, f.v, f.depth);
+      ++counters_.landmarks_created;
+    } else {
+      id = map_.Resolve(named);
+      if (!id.valid()) {
+        ++counters_.observations_unknown;
+        map_.RemoveLandmark(named);  // whoever still has it learns that it is gone
+        continue;
+      }
+    }
+    if (!map_.AddObservation(id, observation)) {
+      ++counters_.observations_repeated;
+      continue;
+    }
+    ++counters_.observations_accepted;
+    RefreshGeometry(map_, context_, id);
+    RefreshDescriptor(map_, id);
+  }
+}
+
+InsertResult Mapper::Insert(const Keyframe& keyframe) {
+  InsertResult out;
+  const KeyframeFault fault = CheckKeyframe(keyframe);
+  if (fault != KeyframeFault::kNone) {
+    out.reason = KeyframeFaultText(fault);
+  } else if (keyframe.id <= map_.newest_keyframe()) {
+    ++counters_.keyframes_duplicate;
+    out.status = InsertResult::Status::kDuplicate;
+    return out;
+  } else if (!map_.keyframes().empty() && keyframe.utime <= map_.newest_utime()) {
+    out.reason = "time is not after that of the newest keyframe";
+  }
+  if (*out.reason != '\0') {
+    ++counters_.keyframes_rejected;
+    return out;
+  }
+
+  Keyframe usable = keyframe;
+  if (usable.dr && !IsUsable(*usable.dr, usable.utime)) {
+    ++counters_.dr_rejected;
+    usable.dr.reset();
+  }
+  usable.T_WC = CarriedPose(keyframe);
+  map_.AddKeyframe(usable);
+  TakeObservations(usable);
+
+  out.update = map_.Commit();
+  RememberMove(out.update->revision, keyframe.id, keyframe.T_WC);
+  ++counters_.keyframes_inserted;
+  out.status = InsertResult::Status::kInserted;
+  return out;
+}
+
+std::optional<LocalBaJob> Mapper::BuildJob() const {
+  return CutLocalWindow(map_, context_);
+}
+
+// Moves what the result does not name but what hangs on it: keyframes newer than the job follow
+// their predecessor, and landmarks that only moved keyframes see follow their first observer.
+void Mapper::CarryAlong(const LocalBaResult& result) {
+  std::map<KeyframeId, SE3> shift;  // W before -> W after, at each moved keyframe
+  for (const auto& moved : result.keyframes) {
+    const MapKeyframe* keyframe = map_.FindKeyframe(moved.id);
+    if (keyframe != nullptr) shift[moved.id] = moved.T_WC * keyframe->frame.T_WC.inverse();
+  }
+  for (auto it = map_.keyframes().upper_bound(result.newest); it != map_.keyframes().end(); ++it) {
+    const auto before = shift.find(it->second.frame.previous);
+    if (before != shift.end()) shift[it->first] = before->second;
+  }
+  std::vector<LandmarkId> seen;
+  for (const auto& [id, T] : shift) {
+    for (const LandmarkId landmark : map_.FindKeyframe(id)->frame.landmarks) {
+      if (landmark.valid()) seen.push_back(landmark);
+    }
+  }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  for (const LandmarkId id : seen) {
+    const bool solved = std::binary_search(
+        result.landmarks.begin(), result.landmarks.end(), LocalBaResult::MovedLandmark{id, {}},
+        [](const auto& a, const auto& b) { return a.id < b.id; });
+    if (solved) continue;
+    const Landmark& landmark = *map_.FindLandmark(id);
+    const bool hangs =
+        std::all_of(landmark.observations.begin(), landmark.observations.end(),
+                    [&](const Observation& o) { return shift.contains(o.keyframe); });
+    if (!hangs) continue;
+    const auto creator = shift.find(id.creator());
+    const SE3& T =
+        creator != shift.end() ? creator->second : shift.at(landmark.observations.front().keyframe);
+    const Eigen::Vector3d p_W = T * landmark.p_W;
+    map_.MutableLandmark(id).p_W = p_W;
+    RefreshGeometry(map_, context_, id);
+  }
+  const int64_t revision = map_.revision() + 1;
+  for (const auto& [id, T] : shift) {
+    const SE3 before = map_.FindKeyframe(id)->frame.T_WC;
+    RememberMove(revision, id, before);
+    map_.SetPose(id, T * before);
+  }
+}
+
+std::optional<MapUpdate> Mapper::Apply(const LocalBaResult& result) {
+  if (!result.usable) {
+    ++counters_.local_ba_failed;
+    return std::nullopt;
+  }
+  if (result.revision < poses_moved_revision_) {
+    ++counters_.local_ba_stale;
+    return std::nullopt;
+  }
+  CarryAlong(result);
+  for (const auto& moved : result.landmarks) {
+    if (map_.FindLandmark(moved.id) != nullptr) map_.MutableLandmark(moved.id).p_W = moved.p_W;
+  }
+  for (const auto& outlier : result.outliers) {
+    if (map_.FindLandmark(outlier.landmark) == nullptr ||
+        map_.FindKeyframe(outlier.keyframe) == nullptr) {
+      continue;
+    }
+    map_.RemoveObservation(outlier.landmark, outlier.keyframe);
+    if (map_.FindLandmark(outlier.landmark)->observations.size() < 2) {
+      map_.RemoveLandmark(outlier.landmark);
+      ++counters_.landmarks_culled;
+    }
+  }
+  for (const auto& moved : result.landmarks) {
+    if (map_.FindLandmark(moved.id) != nullptr) RefreshGeometry(map_, context_, moved.id);
+  }
+  for (const DrEdgeWeight& edge : result.dr_edges) {
+    const MapKeyframe* to = map_.FindKeyframe(edge.to);
+    if (to != nullptr && to->frame.previous == edge.from) map_.SetDrAlpha(edge.to, edge.alpha);
+  }
+  ++counters_.local_ba_applied;
+  MapUpdate update = map_.Commit();
+  poses_moved_revision_ = update.revision;
+  return update;
+}
+
+MapUpdate Mapper::Snapshot(const std::optional<SE3>& T_WC_near) const {
+  MapUpdate whole = map_.Snapshot();
+  if (!T_WC_near || whole.keyframes.size() <= kSnapshotKeyframes) return whole;
+  std::vector<std::pair<double, KeyframeId>> by_distance;
+  for (const auto& [id, keyframe] : map_.keyframes()) {
+    const Eigen::Vector3d d = keyframe.frame.T_WC.translation() - T_WC_near->translation();
+    by_distance.push_back({d.squaredNorm(), id});
+  }
+  std::sort(by_distance.begin(), by_distance.end());
+  by_distance.resize(kSnapshotKeyframes);
+  std::set<KeyframeId> chosen;
+  for (const auto& [distance, id] : by_distance) chosen.insert(id);
+
+  MapUpdate out = std::move(whole);
+  std::erase_if(out.keyframes, [&](const auto& k) { return !chosen.contains(k.id); });
+  std::erase_if(out.dr_edges,
+                [&](const auto& e) { return !chosen.contains(e.from) || !chosen.contains(e.to); });
+  std::erase_if(out.removed_keyframes, [&](const auto& r) { return !chosen.contains(r.parent); });
+  for (LandmarkUpdate& landmark : out.landmarks) {
+    std::erase_if(landmark.observations,
+                  [&](const auto& o) { return !chosen.contains(o.keyframe); });
+  }
+  std::erase_if(out.landmarks, [](const auto& l) { return l.observations.empty(); });
+  return out;
+}
+
+}  // namespace gw::backend

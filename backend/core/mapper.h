@@ -1,0 +1,99 @@
+// Local mapping: takes keyframes in, keeps the map small and accurate, and says what changed.
+//
+//   Insert(keyframe)            at once: the update that takes it in
+//   BuildJob() -> SolveLocalBa  local bundle adjustment; Solve may run on another thread, while
+//   Apply(result)               further keyframes are inserted
+//
+// Every change of the map is one MapUpdate with the next revision. Keyframes come from another
+// process: whatever they hold is rejected and counted, never trusted. Single-threaded, no clocks;
+// the same calls give the same bytes.
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "backend/core/keyframe_check.h"
+#include "backend/core/local_ba.h"
+#include "backend/core/map.h"
+#include "backend/core/mapping_context.h"
+#include "common/core/result.h"
+
+namespace gw::backend {
+
+// Since Create.
+struct MapperCounters {
+  int64_t keyframes_inserted = 0;
+  int64_t keyframes_duplicate = 0;  // id not newer than the map's: a resend
+  int64_t keyframes_rejected = 0;   // see InsertResult::reason
+  int64_t keyframes_culled = 0;
+  int64_t observations_accepted = 0;
+  int64_t observations_unknown = 0;    // of landmarks that the map does not have (any more)
+  int64_t observations_repeated = 0;   // the keyframe observes that landmark already
+  int64_t landmarks_invalid = 0;       // created by the front-end without usable depth or name
+  int64_t landmarks_created = 0;       // by front-end and back-end
+  int64_t landmarks_triangulated = 0;  // of these, by the back-end from two views
+  int64_t landmarks_merged = 0;
+  int64_t landmarks_culled = 0;
+  int64_t dr_rejected = 0;  // increments that are not usable as an edge
+  int64_t local_ba_applied = 0;
+  int64_t local_ba_stale = 0;  // the map was changed under the job
+  int64_t local_ba_failed = 0;
+};
+
+struct InsertResult {
+  enum class Status {
+    kInserted,   // `update` is set
+    kDuplicate,  // already in the map (or older than its newest): acknowledge it again
+    kRejected,   // cannot be used; `reason` says why. Acknowledge it too: a resend will not help
+  };
+  Status status = Status::kRejected;
+  const char* reason = "";
+  std::optional<MapUpdate> update;
+};
+
+class Mapper {
+ public:
+  // `map`: to go on with, for example from the journal. Error: kBadConfig.
+  static Result<Mapper> Create(const BackendConfig& config, const FrontendConfig& frontend,
+                               const RectifiedCamera& camera, Map map = {});
+
+  InsertResult Insert(const Keyframe& keyframe);
+
+  // Empty while there is nothing to optimise (fewer than two keyframes).
+  std::optional<LocalBaJob> BuildJob() const;
+  // Empty when the result is stale or not usable (counted).
+  std::optional<MapUpdate> Apply(const LocalBaResult& result);
+
+  // Answers a MapRequest: the whole map, or with a guess at most kSnapshotKeyframes keyframes
+  // nearest to it and the landmarks they observe. Does not change the revision.
+  static constexpr size_t kSnapshotKeyframes = 200;
+  MapUpdate Snapshot(const std::optional<SE3>& T_WC_near) const;
+
+  const Map& map() const { return map_; }
+  const MapperCounters& counters() const { return counters_; }
+
+ private:
+  explicit Mapper(const MappingContext& context, Map map)
+      : context_(context), map_(std::move(map)) {}
+
+  SE3 CarriedPose(const Keyframe& keyframe) const;
+  void TakeObservations(const Keyframe& keyframe);
+  void CarryAlong(const LocalBaResult& result);
+
+  MappingContext context_;
+  Map map_;
+  MapperCounters counters_;
+  int64_t poses_moved_revision_ = 0;  // the last one in which keyframes moved
+
+  // Where keyframes were before they moved, newest last: a keyframe that was tracked in an older
+  // map follows its predecessor's move. Bounded.
+  struct Move {
+    int64_t revision = 0;
+    KeyframeId id;
+    SE3 T_WC_before;
+  };
+  std::deque<Move> moves_;
+  void RememberMove(int64_t revision, KeyframeId id, const SE3& T_WC_before);
+};
+
+}  // namespace gw::backend

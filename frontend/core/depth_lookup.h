@@ -1,0 +1,25 @@
+// Depth of a feature from a depth image that is registered to the grey image pixel by pixel.
+#pragma once
+
+#include "common/camera/camera_model.h"
+#include "common/core/image_view.h"
+
+namespace gw::frontend {
+
+class DepthLookup {
+ public:
+  explicit DepthLookup(const CameraGeometry& geometry);
+
+  // Depth (m) of the surface at pixel (u, v) of the grey image, from the 3x3 pixels around it; -1
+  // where there is none: too few measured pixels, outside [depth_min_m, depth_max_m], or the 3x3
+  // pixels lie on an edge without a clear front side.
+  // A corner at a depth edge belongs to the surface in front (the one behind only ends there by
+  // occlusion), so the nearer pixels win if there are enough of them.
+  // Precondition: `depth` is kDepth16.
+  float At(const ImageView& depth, float u, float v) const;
+
+ private:
+  float unit_m_, min_m_, max_m_;
+};
+
+}  // namespace gw::frontend

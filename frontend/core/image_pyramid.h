@@ -1,0 +1,43 @@
+// Image pyramid: level 0 is the image, each further level is smaller by the scale factor. Pixel
+// centres have integer coordinates on every level; a pixel (x, y) of level l lies at
+// ((x + 0.5) * width_0 / width_l - 0.5, ...) of level 0.
+#pragma once
+
+#include <vector>
+
+#include "frontend/core/image_buffer.h"
+
+namespace gw::frontend {
+
+class ImagePyramid {
+ public:
+  // Builds no level narrower or lower than `min_size` px, so there may be fewer than `num_levels`
+  // (but always level 0). Preconditions: sizes > 0, num_levels >= 1, scale_factor > 1.
+  ImagePyramid(int width, int height, int num_levels, double scale_factor, int min_size);
+
+  // Copies level 0 and makes the others. Precondition: `image` is kGray8 and has the size given to
+  // the constructor.
+  void Build(const ImageView& image);
+
+  int num_levels() const { return static_cast<int>(levels_.size()); }
+  const ImageBuffer& level(int l) const { return levels_[static_cast<size_t>(l)]; }
+  // Smoothed copy of the level, for descriptors; made by Build().
+  const ImageBuffer& smooth_level(int l) const { return smooth_[static_cast<size_t>(l)]; }
+  int stride() const { return levels_[0].stride; }  // the same on all levels
+
+  // Size of a pixel of level l in pixels of level 0, per axis (width and height round differently).
+  float scale_x(int l) const {
+    return static_cast<float>(levels_[0].width) /
+           static_cast<float>(levels_[static_cast<size_t>(l)].width);
+  }
+  float scale_y(int l) const {
+    return static_cast<float>(levels_[0].height) /
+           static_cast<float>(levels_[static_cast<size_t>(l)].height);
+  }
+
+ private:
+  std::vector<ImageBuffer> levels_;
+  std::vector<ImageBuffer> smooth_;
+};
+
+}  // namespace gw::frontend

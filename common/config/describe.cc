@@ -1,9 +1,9 @@
 #include "common/config/describe.h"
 
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <utility>
+
+#include "common/core/format.h"
 
 namespace gw {
 namespace {
@@ -104,15 +104,6 @@ FieldInfo DescribeConfig(const RobotConfig& config) {
   Describer describer(&root.fields);
   copy.VisitFields(describer);
   return root;
-}
-
-std::string FormatDouble(double value) {
-  char buffer[32];
-  const double size = std::abs(value);
-  const bool plain = value == 0 || (size >= 1e-4 && size < 1e7);
-  const auto format = plain ? std::chars_format::fixed : std::chars_format::scientific;
-  const auto end = std::to_chars(buffer, buffer + sizeof(buffer), value, format).ptr;
-  return std::string(buffer, end);
 }
 
 }  // namespace gw

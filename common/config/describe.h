@@ -22,7 +22,4 @@ struct FieldInfo {
 // The root is a section without a name.
 FieldInfo DescribeConfig(const RobotConfig& config);
 
-// Shortest decimal text that reads back as the same double.
-std::string FormatDouble(double value);
-
 }  // namespace gw

@@ -16,9 +16,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/config/describe.h"
 #include "common/config/reference.h"
 #include "common/config/validate.h"
+#include "common/core/format.h"
 
 namespace gw {
 namespace {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/core/format.h"
+
 namespace gw {
 namespace {
 

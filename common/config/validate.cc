@@ -1,7 +1,7 @@
 #include "common/config/validate.h"
 
 #include "common/camera/camera_model.h"
-#include "common/config/describe.h"
+#include "common/core/format.h"
 
 namespace gw {
 namespace {

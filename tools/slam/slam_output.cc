@@ -1,0 +1,155 @@
+#include "tools/slam/slam_output.h"
+
+#include <array>
+#include <cerrno>
+#include <cinttypes>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/config/writer.h"
+#include "common/core/version.h"
+
+namespace gw::tools {
+namespace {
+
+template <typename... Args>
+std::string Format(const char* format, Args... args) {
+  std::array<char, 512> buffer;
+  const int n = std::snprintf(buffer.data(), buffer.size(), format, args...);
+  return std::string(buffer.data(), n);
+}
+
+// t tx ty tz qx qy qz qw
+std::string TumLine(Utime utime, const SE3& T) {
+  const Eigen::Vector3d& p = T.translation();
+  const Eigen::Quaterniond& q = T.rotation();
+  return Format("%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", utime.seconds(), p.x(), p.y(), p.z(),
+                q.x(), q.y(), q.z(), q.w());
+}
+
+Result<Done> WriteFile(const std::string& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) {
+    return Error{ErrorCode::kIo, path + ": cannot be written: " + std::strerror(errno) +
+                                     "; check permissions and free space"};
+  }
+  return Done{};
+}
+
+std::string FramesTable(const std::vector<FramePose>& frames) {
+  std::string out =
+      "utime,status,n_det,n_trk,n_inliers,q,alpha,dr_share,map_revision,latency_us,"
+      "x,y,z,qx,qy,qz,qw\n";
+  for (const FramePose& f : frames) {
+    const Eigen::Vector3d& p = f.T_WB.translation();
+    const Eigen::Quaterniond& q = f.T_WB.rotation();
+    out += Format("%" PRId64 ",%s,%d,%d,%d,%.6f,%.6g,%.6f,%" PRId64 ",%" PRId64
+                  ",%.9f,%.9f,%.9f,%.9f,%.9f,%.9f,%.9f\n",
+                  f.utime.us, StatusName(f.status), f.num_detected, f.num_tracked, f.num_inliers,
+                  f.q, f.alpha, f.dr_share, f.map_revision, f.latency_us, p.x(), p.y(), p.z(),
+                  q.x(), q.y(), q.z(), q.w());
+  }
+  return out;
+}
+
+constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus::kTracking,
+                                  TrackingStatus::kDegraded,     TrackingStatus::kDrOnly,
+                                  TrackingStatus::kRecovering,   TrackingStatus::kLost};
+
+std::string Report(const RobotConfig& config, const RunDescription& run,
+                   const SlamSession& session) {
+  std::ostringstream out;
+  const backend::MapperCounters& map = session.mapper().counters();
+  out << "{\n  \"program\": \"gw-slam\",\n  \"version\": \"" << Version() << "\",\n";
+  out << "  \"log\": \"" << run.log_name << "\",\n  \"robot\": \"" << config.robot.name << "\",\n";
+  out << Format("  \"config_hash\": \"%016" PRIx64 "\",\n", ConfigHash(config));
+  out << "  \"variant\": \"" << run.variant << "\",\n";
+  out << "  \"frame\": \"" << (run.frame == OutputFrame::kBody ? "body" : "camera") << "\",\n";
+  out << "  \"dr_synthetic\": " << (session.dr_synthetic() ? "true" : "false") << ",\n";
+  out << "  \"images\": " << session.counters().images << ",\n  \"poses\": {";
+  for (size_t i = 0; i < kStatuses.size(); ++i) {
+    int64_t n = 0;
+    for (const FramePose& f : session.frames()) n += f.status == kStatuses[i];
+    out << (i == 0 ? "" : ", ") << '"' << StatusName(kStatuses[i]) << "\": " << n;
+  }
+  out << "},\n  \"log_skipped_bytes\": " << run.skipped_bytes
+      << ",\n  \"log_truncated\": " << (run.truncated ? "true" : "false")
+      << ",\n  \"messages_undecodable\": " << session.counters().undecodable
+      << ",\n  \"dr_refused\": " << session.counters().dr_refused
+      << ",\n  \"map_gaps\": " << session.counters().map_gaps
+      << ",\n  \"map\": {\"revision\": " << session.mapper().map().revision()
+      << ", \"keyframes\": " << session.mapper().map().keyframes().size()
+      << ", \"landmarks\": " << session.mapper().map().num_landmarks()
+      << ", \"keyframes_inserted\": " << map.keyframes_inserted
+      << ", \"keyframes_rejected\": " << map.keyframes_rejected
+      << ", \"keyframes_culled\": " << map.keyframes_culled
+      << ", \"landmarks_created\": " << map.landmarks_created
+      << ", \"landmarks_triangulated\": " << map.landmarks_triangulated
+      << ", \"landmarks_merged\": " << map.landmarks_merged
+      << ", \"landmarks_culled\": " << map.landmarks_culled
+      << ", \"local_ba_applied\": " << map.local_ba_applied
+      << ", \"local_ba_failed\": " << map.local_ba_failed << "}\n}\n";
+  return out.str();
+}
+
+}  // namespace
+
+const char* StatusName(TrackingStatus status) {
+  switch (status) {
+    case TrackingStatus::kInitializing:
+      return "initializing";
+    case TrackingStatus::kTracking:
+      return "tracking";
+    case TrackingStatus::kDegraded:
+      return "degraded";
+    case TrackingStatus::kDrOnly:
+      return "dr_only";
+    case TrackingStatus::kRecovering:
+      return "recovering";
+    case TrackingStatus::kLost:
+      return "lost";
+    case TrackingStatus::kInvalid:
+      break;
+  }
+  return "invalid";
+}
+
+Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
+                          const RunDescription& run, const SlamSession& session) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return Error{ErrorCode::kIo, folder + ": cannot be made: " + error.message()};
+  }
+  // The camera of the output is the left one as mounted, before rectification.
+  const SE3 T_BOut = run.frame == OutputFrame::kCamera ? config.calibration.camera.T_BC : SE3();
+  std::string live;
+  std::string final;
+  for (const FramePose& f : session.frames()) {
+    live += TumLine(f.utime, f.T_WB * T_BOut);
+    final += TumLine(f.utime, session.FinalPose(f) * T_BOut);
+  }
+  std::string keyframes;
+  for (const auto& [id, keyframe] : session.mapper().map().keyframes()) {
+    keyframes += TumLine(keyframe.frame.utime,
+                         keyframe.frame.T_WC * session.camera().T_BC.inverse() * T_BOut);
+  }
+  const std::pair<const char*, std::string> files[] = {
+      {"trajectory.tum", live},
+      {"trajectory_final.tum", final},
+      {"keyframes.tum", keyframes},
+      {"frames.csv", FramesTable(session.frames())},
+      {"report.json", Report(config, run, session)}};
+  for (const auto& [name, text] : files) {
+    const Result<Done> written = WriteFile(folder + "/" + name, text);
+    if (!written) return written.error();
+  }
+  return Done{};
+}
+
+}  // namespace gw::tools

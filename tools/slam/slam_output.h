@@ -1,0 +1,29 @@
+// What gw-slam leaves behind: trajectories, table and report. File formats: docs/programs.md.
+#pragma once
+
+#include <string>
+
+#include "common/config/robot_config.h"
+#include "tools/slam/slam_session.h"
+
+namespace gw::tools {
+
+enum class OutputFrame { kBody, kCamera };
+
+struct RunDescription {
+  std::string log_name;  // without its folder, so that reports of one log compare equal
+  std::string variant;
+  OutputFrame frame = OutputFrame::kBody;
+  int64_t skipped_bytes = 0;  // of the log
+  bool truncated = false;     // the log
+};
+
+// Writes trajectory.tum, trajectory_final.tum, keyframes.tum, frames.csv and report.json into
+// `folder` (made when missing). Error kIo: the file and what the system says.
+Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
+                          const RunDescription& run, const SlamSession& session);
+
+// "tracking", "dr_only", ...: as in frames.csv and report.json.
+const char* StatusName(TrackingStatus status);
+
+}  // namespace gw::tools

@@ -1,0 +1,63 @@
+// The whole system in one process: log events in, poses and a map out. The same cores as the live
+// processes, joined by BackendSchedule instead of a bus. No clocks: same events, same result.
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "common/camera/camera_model.h"
+#include "common/config/robot_config.h"
+#include "common/process/event_log.h"
+#include "dr_ekf/core/dr_filter.h"
+#include "frontend/core/tracker.h"
+#include "lcmtypes/wire/wire.h"
+#include "tools/slam/backend_schedule.h"
+
+namespace gw::tools {
+
+// What went wrong with single messages; the run goes on.
+struct SlamCounters {
+  int64_t images = 0;
+  int64_t undecodable = 0;
+  int64_t dr_refused = 0;  // not newer than the state before
+  int64_t map_gaps = 0;    // a map update that did not follow
+};
+
+class SlamSession {
+ public:
+  static Result<SlamSession> Create(const RobotConfig& config);
+
+  void Process(const process::LogEvent& event);
+  // After the last event: lets the back-end finish.
+  void Finish();
+
+  // Every image's pose, as it was published.
+  const std::vector<FramePose>& frames() const { return frames_; }
+  // The same image's pose expressed by the final keyframes.
+  SE3 FinalPose(const FramePose& frame) const;
+  const backend::Mapper& mapper() const { return backend_.mapper(); }
+  const SlamCounters& counters() const { return counters_; }
+  const std::optional<dr_ekf::DrCounters>& dr_counters() const { return dr_counters_; }
+  bool dr_synthetic() const { return dr_synthetic_; }
+  const RectifiedCamera& camera() const { return camera_; }
+
+ private:
+  SlamSession(frontend::Tracker tracker, BackendSchedule backend,
+              std::optional<dr_ekf::DrFilter> dr_filter, const RectifiedCamera& camera);
+
+  void ProcessImage(const CameraFrame& frame);
+  void Deliver(const std::vector<MapUpdate>& updates);
+  void Deliver(const dr_ekf::DrFilter::Output& output);
+
+  frontend::Tracker tracker_;
+  BackendSchedule backend_;
+  std::optional<dr_ekf::DrFilter> dr_filter_;
+  RectifiedCamera camera_;
+  std::vector<FramePose> frames_;
+  SlamCounters counters_;
+  std::optional<dr_ekf::DrCounters> dr_counters_;
+  bool dr_synthetic_ = false;
+};
+
+}  // namespace gw::tools

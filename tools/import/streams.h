@@ -1,0 +1,50 @@
+// Making streams of samples well-formed, and pairing two of them by time.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/core/time.h"
+
+namespace gw::importer {
+
+// Sorts samples by time and drops those that repeat a time (the first in the file stays). Returns
+// how many were dropped; both cases occur in published recordings, neither may reach a log.
+template <typename Sample>
+int64_t SortAndDropRepeats(std::vector<Sample>& samples, bool& was_unsorted) {
+  const auto earlier = [](const Sample& a, const Sample& b) { return a.utime < b.utime; };
+  was_unsorted = !std::is_sorted(samples.begin(), samples.end(), earlier);
+  if (was_unsorted) std::stable_sort(samples.begin(), samples.end(), earlier);
+  const auto same = [](const Sample& a, const Sample& b) { return a.utime == b.utime; };
+  const auto end = std::unique(samples.begin(), samples.end(), same);
+  const int64_t dropped = samples.end() - end;
+  samples.erase(end, samples.end());
+  return dropped;
+}
+
+// The same, with the warning that a user should see.
+template <typename Sample>
+void MakeOrdered(std::vector<Sample>& samples, const std::string& file,
+                 std::vector<std::string>& warnings) {
+  bool was_unsorted = false;
+  const int64_t dropped = SortAndDropRepeats(samples, was_unsorted);
+  if (was_unsorted) warnings.push_back(file + ": times do not increase; sorted");
+  if (dropped > 0) {
+    warnings.push_back(file + ": " + std::to_string(dropped) +
+                       " records repeat a time; the first of each was kept");
+  }
+}
+
+// Pairs (index in a, index in b) whose times differ by less than max_difference, nearest pairs
+// first, each index at most once; in order of a. Both inputs increase.
+std::vector<std::pair<size_t, size_t>> AssociateNearest(const std::vector<Utime>& a,
+                                                        const std::vector<Utime>& b,
+                                                        DurationUs max_difference);
+
+// Median of the differences between neighbours as a rate; 0 with fewer than two times.
+double MedianRateHz(std::vector<Utime> times);
+
+}  // namespace gw::importer

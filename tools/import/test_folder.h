@@ -1,0 +1,81 @@
+// Small source folders for tests of the importers.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/import/recording.h"
+
+namespace gw::importer {
+
+// A folder of its own per test, removed at the end.
+class TestFolder {
+ public:
+  TestFolder() {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    path_ = std::filesystem::temp_directory_path() /
+            (std::string("gw_") + test->test_suite_name() + "_" + test->name() + "_" +
+             std::to_string(getpid()));
+    std::filesystem::remove_all(path_);
+    std::filesystem::create_directories(path_);
+  }
+  ~TestFolder() { std::filesystem::remove_all(path_); }
+  TestFolder(const TestFolder&) = delete;
+  TestFolder& operator=(const TestFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+  void Write(const std::string& name, const std::string& text) const {
+    std::filesystem::create_directories((path_ / name).parent_path());
+    std::ofstream(path_ / name) << text;
+  }
+  // 80 x 64 grey whose pixel (x, y) is x + y + salt.
+  void WriteGrey(const std::string& name, int salt, int width = 80, int height = 64) const {
+    cv::Mat image(height, width, CV_8UC1);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) image.at<uint8_t>(y, x) = static_cast<uint8_t>(x + y + salt);
+    }
+    WriteImage(name, image);
+  }
+  // 80 x 64 depth whose pixel (x, y) is 257 x + y + salt: both bytes count.
+  void WriteDepth(const std::string& name, int salt) const {
+    cv::Mat image(64, 80, CV_16UC1);
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 80; ++x) {
+        image.at<uint16_t>(y, x) = static_cast<uint16_t>(257 * x + y + salt);
+      }
+    }
+    WriteImage(name, image);
+  }
+  void WriteImage(const std::string& name, const cv::Mat& image) const {
+    std::filesystem::create_directories((path_ / name).parent_path());
+    ASSERT_TRUE(cv::imwrite((path_ / name).string(), image));
+  }
+  void Remove(const std::string& name) const { std::filesystem::remove_all(path_ / name); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// Folder of real recordings, or empty.
+inline std::filesystem::path SharedData() {
+  const char* const variable = std::getenv("GW_SHARED_DIR");
+  const std::filesystem::path shared =
+      variable != nullptr ? variable : std::filesystem::path(GW_SOURCE_DIR) / ".." / "shared";
+  return std::filesystem::exists(shared / "data") ? shared / "data" : std::filesystem::path();
+}
+
+inline std::string AllText(const std::vector<std::string>& lines) {
+  std::string all;
+  for (const std::string& line : lines) all += line + "\n";
+  return all;
+}
+
+}  // namespace gw::importer

@@ -1,0 +1,237 @@
+#include "dr_ekf/core/dr_filter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "dr_ekf/core/noise_model.h"
+
+namespace gw::dr_ekf {
+namespace {
+
+constexpr DurationUs kMaxJump = Milliseconds(1000);  // ahead of everything seen so far
+constexpr DurationUs kBeginSlack =
+    Milliseconds(1);  // interval begins are snapped to the end before
+constexpr DurationUs kMaxWheelInterval = Milliseconds(1000);
+constexpr int64_t kMaxUtime = int64_t{1} << 61;  // differences of times cannot overflow
+constexpr int kLateBeforeRestart = 50;           // a clock that was set back, not a late packet
+
+bool IsUsable(Utime utime) {
+  return utime.us > -kMaxUtime && utime.us < kMaxUtime;
+}
+
+}  // namespace
+
+DrFilter::DrFilter(const DrEkfConfig& config, const Calibration& calibration)
+    : config_(config), calibration_(calibration), model_(config, calibration) {}
+
+Result<DrFilter> DrFilter::Create(const DrEkfConfig& config, const Calibration& calibration) {
+  if (!calibration.imu.present && !calibration.wheel.present) {
+    return Error{ErrorCode::kBadConfig,
+                 "calibration has neither imu.present nor wheel.present: dead reckoning needs one"};
+  }
+  return DrFilter(config, calibration);
+}
+
+// Late is decided by the caller; here only jumps ahead. True: go on with the sample.
+bool DrFilter::CheckTime(Utime begin, Utime utime, std::optional<Utime>& suspect) {
+  if (history_.empty() || utime - history_.back().after.utime <= kMaxJump) {
+    suspect.reset();
+    return true;
+  }
+  const bool confirmed = suspect && utime > *suspect && utime - *suspect <= kMaxJump;
+  suspect = utime;
+  if (!confirmed) {
+    ++counters_.rejected_future;
+    return false;
+  }
+  suspect.reset();
+  Restart(begin);
+  return true;
+}
+
+void DrFilter::Restart(Utime utime) {
+  ++counters_.resets;
+  Entry base{{utime - DurationUs{1}, WheelBegin{}}, model_.Restarted(history_.back().after, utime)};
+  history_.clear();
+  history_.push_back(std::move(base));
+  consecutive_late_ = 0;
+}
+
+std::optional<size_t> DrFilter::Insert(Event event) {
+  auto it = history_.end();
+  const auto before = [](const Event& a, const Event& b) {
+    return a.utime != b.utime ? a.utime < b.utime : a.rank() < b.rank();
+  };
+  while (it != history_.begin() && !before(std::prev(it)->event, event)) --it;
+  if (it != history_.end() && !before(event, it->event)) return std::nullopt;
+  const size_t index = static_cast<size_t>(it - history_.begin());
+  history_.insert(it, Entry{std::move(event), FilterState{}});
+  return index;
+}
+
+void DrFilter::ReplayFrom(size_t index) {
+  for (size_t i = index; i < history_.size(); ++i) {
+    Entry& entry = history_[i];
+    entry.after = history_[i - 1].after;
+    FilterState& state = entry.after;
+    state.transition.setIdentity();
+    if (const auto* imu = std::get_if<ImuSample>(&entry.event.sample)) {
+      model_.ApplyImu(*imu, state);
+    } else if (const auto* wheel = std::get_if<WheelSample>(&entry.event.sample)) {
+      model_.ApplyWheel(*wheel, state);
+    } else {
+      model_.ApplyWheelBegin(entry.event.utime, state);
+    }
+    if (!state.P.allFinite() || !state.T_OS.IsFinite() || !state.v_OS_S.allFinite()) {
+      ++counters_.resets;
+      const FilterState restarted = model_.Restarted(history_[i - 1].after, entry.event.utime);
+      entry.after = restarted;
+    }
+  }
+}
+
+DrFilter::Output DrFilter::Push(const ImuSample& raw) {
+  ImuSample sample = raw;
+  if (!calibration_.imu.present || !IsUsable(sample.utime) || !sample.w_I_rad_s.allFinite() ||
+      (sample.has_accel && !sample.a_I_m_s2.allFinite())) {
+    ++counters_.rejected_invalid;
+    return Finish(false);
+  }
+  if (sample.w_I_rad_s.norm() > kMaxGyro ||
+      (sample.has_accel && sample.a_I_m_s2.norm() > kMaxAccel)) {
+    ++counters_.rejected_absurd;
+    return Finish(false);
+  }
+  if (!sample.has_accel) sample.a_I_m_s2.setZero();
+  sample.utime = sample.utime - DurationFromSeconds(calibration_.imu.time_offset_s);
+  if (!CheckTime(sample.utime, sample.utime, suspect_imu_)) return Finish(false);
+  if (history_.empty()) {
+    history_.push_back(
+        {{sample.utime - DurationUs{1}, WheelBegin{}}, model_.Initial(sample.utime)});
+  }
+  if (sample.utime <= history_.front().event.utime) {
+    ++counters_.rejected_late;
+    if (++consecutive_late_ < kLateBeforeRestart) return Finish(false);
+    Restart(sample.utime);
+  }
+  const bool newest = sample.utime >= history_.back().after.utime;
+  const std::optional<size_t> index = Insert({sample.utime, sample});
+  if (!index) {
+    ++counters_.rejected_non_monotonic;
+    return Finish(false);
+  }
+  consecutive_late_ = 0;
+  ++counters_.imu_used;
+  if (!newest) ++counters_.reordered;
+  ReplayFrom(*index);
+  return Finish(true);
+}
+
+DrFilter::Output DrFilter::Push(const WheelSample& raw) {
+  WheelSample sample = raw;
+  if (!calibration_.wheel.present || !IsUsable(sample.utime) || !IsUsable(sample.utime_begin) ||
+      !std::isfinite(sample.dx_m) || !std::isfinite(sample.dy_m) ||
+      !std::isfinite(sample.dyaw_rad) ||
+      (sample.has_heading && !std::isfinite(sample.heading_rad))) {
+    ++counters_.rejected_invalid;
+    return Finish(false);
+  }
+  const DurationUs offset = DurationFromSeconds(calibration_.wheel.time_offset_s);
+  sample.utime = sample.utime - offset;
+  sample.utime_begin = sample.utime_begin - offset;
+  if (sample.utime_begin >= sample.utime) {
+    ++counters_.rejected_non_monotonic;
+    return Finish(false);
+  }
+  const double dt = (sample.utime - sample.utime_begin).seconds();
+  if (std::hypot(sample.dx_m, sample.dy_m) > kMaxSpeed * dt ||
+      std::abs(sample.dyaw_rad) > kMaxYawRate * dt ||
+      sample.utime - sample.utime_begin > kMaxWheelInterval) {
+    ++counters_.rejected_absurd;
+    return Finish(false);
+  }
+  if (!CheckTime(sample.utime_begin, sample.utime, suspect_wheel_)) return Finish(false);
+  if (history_.empty()) {
+    history_.push_back(
+        {{sample.utime_begin - DurationUs{1}, WheelBegin{}}, model_.Initial(sample.utime_begin)});
+  }
+  if (sample.utime_begin <= history_.front().event.utime) {
+    // The first interval after a start or restart reaches back before it; that alone is no loss.
+    ++counters_.rejected_late;
+    if (++consecutive_late_ < kLateBeforeRestart) return Finish(false);
+    Restart(sample.utime_begin);
+  }
+
+  bool begins_at_an_end = false;
+  for (auto it = history_.rbegin(); it != history_.rend(); ++it) {
+    const auto* other = std::get_if<WheelSample>(&it->event.sample);
+    if (other == nullptr) continue;
+    const DurationUs slack = sample.utime_begin - other->utime;
+    if (slack <= kBeginSlack && -slack <= kBeginSlack && sample.utime > other->utime) {
+      sample.utime_begin = other->utime;
+      begins_at_an_end = true;
+    }
+    if (other->utime_begin < sample.utime && sample.utime_begin < other->utime) {
+      ++counters_.rejected_non_monotonic;
+      return Finish(false);
+    }
+  }
+  const bool newest = sample.utime >= history_.back().after.utime;
+  size_t first = history_.size();
+  if (!begins_at_an_end) {
+    const std::optional<size_t> begin = Insert({sample.utime_begin, WheelBegin{}});
+    if (begin) first = *begin;
+  }
+  const std::optional<size_t> end = Insert({sample.utime, sample});
+  if (!end) {
+    ++counters_.rejected_non_monotonic;
+    return Finish(false);
+  }
+  consecutive_late_ = 0;
+  ++counters_.wheel_used;
+  if (!newest) ++counters_.reordered;
+  ReplayFrom(std::min(first, *end));
+  return Finish(true);
+}
+
+DrFilter::Output DrFilter::Finish(bool publish) {
+  Output out;
+  if (publish) {
+    // One state before the window stays: the base on which the oldest sample in it is applied.
+    const Utime oldest = history_.back().after.utime - Milliseconds(config_.history_ms);
+    while (history_.size() > 2 && history_[1].event.utime < oldest) history_.pop_front();
+
+    DrState state = model_.Publish(history_.back().after);
+    const bool newer = !last_published_ || state.utime > last_published_->utime ||
+                       state.reset_counter != last_published_->reset_counter;
+    // The fastest live input sets the rate: wheels speak only where the IMU leaves a gap.
+    bool due = std::holds_alternative<ImuSample>(history_.back().event.sample);
+    if (!due) {
+      due = !calibration_.imu.present || !last_published_ ||
+            (state.utime - last_published_->utime).seconds() >= 2.5 / calibration_.imu.rate_hz;
+    }
+    if (newer && due) {
+      state.seq = ++seq_;
+      const DrState before = last_published_.value_or(DrState{});
+      const auto changed = [&](bool was, bool is, DrEvent on, DrEvent off) {
+        if (was != is) out.events.push_back(is ? on : off);
+      };
+      changed(before.wheels_alive, state.wheels_alive, DrEvent::kWheelsBack, DrEvent::kWheelsLost);
+      changed(before.imu_alive, state.imu_alive, DrEvent::kImuBack, DrEvent::kImuLost);
+      changed(before.slip, state.slip, DrEvent::kSlipBegin, DrEvent::kSlipEnd);
+      changed(before.stationary, state.stationary, DrEvent::kStationaryBegin,
+              DrEvent::kStationaryEnd);
+      if (!before.gravity_aligned && state.gravity_aligned) out.events.push_back(DrEvent::kAligned);
+      if (before.reset_counter != state.reset_counter) out.events.push_back(DrEvent::kReset);
+      last_published_ = state;
+      out.states.push_back(std::move(state));
+    }
+  }
+  out.counters = counters_;
+  if (!history_.empty()) out.counters.step = history_.back().after.counters;
+  return out;
+}
+
+}  // namespace gw::dr_ekf

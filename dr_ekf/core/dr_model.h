@@ -1,0 +1,85 @@
+// The error-state Kalman filter itself: how one sample changes a FilterState. Pure: the same state
+// and sample give the same bytes, which is what lets DrFilter replay late measurements.
+//
+// Modes follow from what is alive, without a switch: a gyro drives the attitude, else the wheels
+// (or the base's heading) do; an accelerometer drives the velocity, else the wheels do; a wheel
+// sample always enters as the motion over its own interval (from a clone of the pose at its begin,
+// stochastic cloning after Roumeliotis and Burdick 2002), never as a pose.
+#pragma once
+
+#include "common/camera/calibration.h"
+#include "common/config/dr_ekf_config.h"
+#include "common/contract/dead_reckoning.h"
+#include "common/contract/samples.h"
+#include "dr_ekf/core/filter_state.h"
+
+namespace gw::dr_ekf {
+
+class DrModel {
+ public:
+  DrModel(const DrEkfConfig& config, const Calibration& calibration);
+
+  // At rest in the origin of O with the priors of noise_model.h.
+  FilterState Initial(Utime utime) const;
+  // After a break of unknown motion: pose kept, its covariance widened, counter moved on.
+  FilterState Restarted(const FilterState& before, Utime utime) const;
+
+  // Samples carry camera time (offsets removed) and are newer than, or as old as, the state.
+  void ApplyImu(const ImuSample& sample, FilterState& state) const;
+  void ApplyWheelBegin(Utime utime, FilterState& state) const;
+  void ApplyWheel(const WheelSample& sample, FilterState& state) const;
+
+  // What consumers get; seq is the caller's.
+  DrState Publish(const FilterState& state) const;
+
+  bool WheelsAlive(const FilterState& state) const;
+  bool ImuAlive(const FilterState& state) const;
+
+  // Body in the frame of the error state.
+  const SE3& T_SB() const { return T_SB_; }
+
+ private:
+  struct Rates {  // of one propagation step
+    bool gyro = false;
+    bool accel = false;
+    Eigen::Vector3d w = Eigen::Vector3d::Zero();  // rad/s
+    Eigen::Vector3d a = Eigen::Vector3d::Zero();  // m/s^2, specific force
+  };
+
+  // Up to the time of `imu` with its rates, or (null) with the newest rates up to `utime`.
+  void PropagateTo(Utime utime, const ImuSample* imu, FilterState& state) const;
+  Rates RatesBetween(Utime from, Utime to, const ImuSample* imu, const FilterState& state) const;
+  void Integrate(const Rates& rates, double dt, FilterState& state) const;
+  void Hold(double dt, FilterState& state) const;
+
+  void Align(const ImuSample& imu, FilterState& state) const;
+  void Level(FilterState& state) const;
+  void UpdateImuStillness(const ImuSample& imu, FilterState& state) const;
+  void UpdateWheelStillness(const WheelSample& sample, FilterState& state) const;
+  void UpdateStationary(Utime utime, FilterState& state) const;
+  void ApplyZeroMotion(double dt, FilterState& state) const;
+  void ApplySpeedPrior(double dt, FilterState& state) const;
+
+  void UpdateYaw(const WheelSample& sample, FilterState& state) const;
+  void UpdateWay(const WheelSample& sample, FilterState& state) const;
+  void FlagSlip(Utime utime, FilterState& state) const;
+
+  // Motion of B since the clone.
+  SE3 MotionSinceClone(const FilterState& state) const;
+  double WayVariance(double way) const;
+  double WheelYawVariance(double way, double yaw) const;
+
+  DrEkfConfig config_;
+  ImuCalibration imu_;
+  WheelCalibration wheel_;
+  Eigen::Matrix3d R_BI_;
+  SE3 T_BS_;
+  SE3 T_SB_;
+  Matrix6d adj_BS_;  // carries perturbations of T_OS to T_OB
+  double tick_m_ = 0;
+  DurationUs imu_cover_;  // one IMU sample speaks for at most this long
+  DurationUs imu_timeout_;
+  DurationUs wheel_timeout_;
+};
+
+}  // namespace gw::dr_ekf

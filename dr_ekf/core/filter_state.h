@@ -1,0 +1,102 @@
+// What the dead-reckoning filter knows at one instant: estimate, covariance, and the memory that
+// its decisions need (who is alive, who is still). Copied into the history, so that a late
+// measurement can go back to it.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "common/core/se3.h"
+#include "common/core/time.h"
+
+namespace gw::dr_ekf {
+
+// Error state. Pose errors are right perturbations of T_OS; S has its origin at the IMU and the
+// axes of B (without IMU: S is B). The clone is the pose at the begin of the running wheel
+// interval: wheel samples measure motion from there to now.
+inline constexpr int kPose = 0;         // 6: translation, rotation
+inline constexpr int kVelocity = 6;     // 3: of S in O, in S
+inline constexpr int kGyroBias = 9;     // 3: in I
+inline constexpr int kAccelBias = 12;   // 3: in I
+inline constexpr int kWheelScale = 15;  // 1: true way / measured way
+inline constexpr int kYawScale = 16;    // 1: true / measured yaw of the wheels
+inline constexpr int kClone = 17;       // 6
+inline constexpr int kErrorSize = 23;
+using ErrorVector = Eigen::Matrix<double, kErrorSize, 1>;
+using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
+
+// Decisions that the filter took, counted. Part of the state so that replaying a late measurement
+// does not count twice.
+struct StepCounters {
+  int64_t gated_wheel_way = 0;
+  int64_t gated_wheel_yaw = 0;
+  int64_t wheel_drops = 0;
+  int64_t slips = 0;
+  int64_t gyro_bias_jumps = 0;
+};
+
+struct FilterState {
+  Utime utime;
+  uint32_t reset_counter = 0;
+
+  SE3 T_OS;
+  Eigen::Vector3d v_OS_S = Eigen::Vector3d::Zero();
+  Eigen::Vector3d w_OS_S = Eigen::Vector3d::Zero();  // newest rate, bias removed; not estimated
+  Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();
+  double wheel_scale = 1.0;
+  double yaw_scale = 1.0;
+  SE3 T_OS_clone;
+  ErrorMatrix P = ErrorMatrix::Zero();
+  // Linear map of the error at the history entry before to the error here (noise aside): products
+  // of it correlate the errors of two instants.
+  ErrorMatrix transition = ErrorMatrix::Identity();
+
+  // Running wheel interval.
+  bool has_clone = false;
+  Utime clone_utime;
+  bool way_unmeasured = true;  // since the clone: no accelerometer
+  bool yaw_unmeasured = true;  // since the clone: no gyro
+
+  // Newest inputs.
+  bool has_imu = false;
+  bool imu_has_accel = false;
+  Utime imu_utime;
+  Eigen::Vector3d gyro_B = Eigen::Vector3d::Zero();   // as measured, axes of B
+  Eigen::Vector3d accel_B = Eigen::Vector3d::Zero();  // as measured, axes of B
+  bool has_wheel = false;
+  Utime wheel_utime;
+  bool wheel_drop = false;
+  bool has_heading = false;
+  double heading = 0;
+  bool heading_used = false;  // the newest wheel interval took its yaw from the base's heading
+
+  // Gravity.
+  bool aligned = false;
+  bool leveling = false;
+  Utime leveling_end;
+
+  // Stillness.
+  bool stationary = false;
+  bool wheel_still = false;
+  Utime wheel_still_since;
+  double still_way = 0;  // drift of the encoders while still
+  double still_yaw = 0;
+  Utime imu_still_since;
+  Eigen::Vector3d gyro_reference = Eigen::Vector3d::Zero();
+  Eigen::Vector3d accel_reference = Eigen::Vector3d::Zero();
+
+  // Slip.
+  bool slip = false;
+  Utime slip_end;
+  double yaw_residual_sum = 0;
+  double yaw_variance_sum = 0;
+  bool rejecting_yaw = false;
+  Utime rejecting_yaw_since;
+  bool rejecting_way = false;
+  Utime rejecting_way_since;
+
+  StepCounters counters;
+};
+
+}  // namespace gw::dr_ekf

@@ -1,0 +1,70 @@
+// Constants of the dead-reckoning model that are neither calibration nor tuning: priors, and what
+// is assumed of a wheeled indoor robot while a sensor is missing. Each says where it comes from.
+#pragma once
+
+namespace gw::dr_ekf {
+
+inline constexpr double kGravity = 9.80665;  // m/s^2, standard; the accel bias absorbs the rest
+
+// Priors at start (one sigma). Gyro: raw Kobuki and BMI055 offsets are up to about 1 deg/s.
+// Accelerometer: consumer parts, after the driver's factory calibration.
+inline constexpr double kGyroBiasPrior = 0.02;      // rad/s
+inline constexpr double kAccelBiasPrior = 0.1;      // m/s^2
+inline constexpr double kForwardSpeedPrior = 0.5;   // m/s, start in motion
+inline constexpr double kSidewaysSpeedPrior = 0.1;  // m/s
+inline constexpr double kTiltPrior = 0.05;          // rad: 0.5 m/s^2 of motion while levelling
+inline constexpr double kLevelingSigma = 0.05;      // m/s^2, unseen motion during levelling
+
+// The wheel scales drift this slowly (temperature, tyre wear, payload): 0.04 % in an hour.
+inline constexpr double kScaleWalk = 6e-6;  // 1/sqrt(s)
+
+// Sideways slip is a velocity of sigma `lateral_sigma_m_s` that stays for about this long, so that
+// it moves the robot like white noise of density 2 sigma^2 tau.
+inline constexpr double kLateralCorrelation = 0.1;  // s
+
+// Without an accelerometer the robot is taken to stand flat. How far a floor is from that: roll and
+// pitch wander around zero with this sigma, and forget over this way.
+inline constexpr double kFloorTilt = 0.01;    // rad
+inline constexpr double kFloorTiltWay = 1.0;  // m
+
+// Motion that no sensor measures (wheels lost without accelerometer; gyro lost without wheels): a
+// velocity that wanders around zero with this sigma and this memory.
+inline constexpr double kUnmeasuredSpeed = 0.5;          // m/s
+inline constexpr double kUnmeasuredSpeedMemory = 2.0;    // s
+inline constexpr double kUnmeasuredYawRate = 0.5;        // rad/s
+inline constexpr double kUnmeasuredYawRateMemory = 0.2;  // s
+inline constexpr double kUnmeasuredTiltDensity = 4e-4;   // rad^2/s, roll and pitch in a gyro gap
+// With an accelerometer and without wheels, integration runs away in a minute. A wheeled robot's
+// speed does not: this prior bounds it.
+inline constexpr double kSpeedPrior = 1.0;        // m/s
+inline constexpr double kSpeedPriorMemory = 10.;  // s
+
+// The base's own gyro heading (Kobuki: 0.01 deg steps, scale errors of a few tenths of a percent,
+// kobuki-protocol.md): white in time, white in angle turned, quantisation.
+inline constexpr double kHeadingSigmaPerSqrtS = 5e-4;    // rad/sqrt(s)
+inline constexpr double kHeadingSigmaPerSqrtRad = 5e-3;  // rad/sqrt(rad)
+inline constexpr double kHeadingStep = 1.75e-4;          // rad
+inline constexpr double kHeadingDrift = 2e-4;            // rad/s, constant over seconds
+
+// A parked robot: keeps covariances invertible. 2 mm and 0.1 deg per hour.
+inline constexpr double kPoseFloor = 1e-9;  // m^2/s, rad^2/s
+
+// Slip. While it lasts the wheels' variance is multiplied, and a share of the way itself is
+// doubted.
+inline constexpr double kSlipVarianceFactor = 25;
+inline constexpr double kSlipWayShare = 0.3;
+inline constexpr double kSlipHold = 0.5;           // s, the flag outlives the last evidence
+inline constexpr double kSlipMemory = 0.5;         // s, of the summed wheel-gyro disagreement
+inline constexpr double kMaxAcceleration = 5.0;    // m/s^2, more than tyres on a floor transmit
+inline constexpr double kMaxYawAcceleration = 40;  // rad/s^2
+inline constexpr double kMaxRejection = 1.0;       // s; after it the wheels are believed again
+// A steady disagreement of gyro and wheels up to this size is a gyro bias that jumped, not slip.
+inline constexpr double kMaxBiasJump = 0.15;  // rad/s
+
+// Plausibility of samples.
+inline constexpr double kMaxSpeed = 3.0;     // m/s, indoor wheeled robot
+inline constexpr double kMaxYawRate = 10.0;  // rad/s
+inline constexpr double kMaxGyro = 40.0;     // rad/s: beyond the 2000 deg/s range of MEMS gyros
+inline constexpr double kMaxAccel = 200.0;   // m/s^2: beyond the 16 g range of MEMS parts
+
+}  // namespace gw::dr_ekf

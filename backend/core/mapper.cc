@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <map>
 
+#include "backend/core/culling.h"
+#include "backend/core/fusion.h"
 #include "backend/core/landmark_state.h"
+#include "backend/core/triangulation.h"
 #include "backend/core/window.h"
 
 namespace gw::backend {
@@ -107,6 +110,13 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   usable.T_WC = CarriedPose(keyframe);
   map_.AddKeyframe(usable);
   TakeObservations(usable);
+  counters_.landmarks_culled += CullYoungLandmarks(map_, context_);
+  const int triangulated = TriangulateNewLandmarks(map_, context_);
+  counters_.landmarks_triangulated += triangulated;
+  counters_.landmarks_created += triangulated;
+  const FusionCounts fused = FuseWithNeighbours(map_, context_);
+  counters_.landmarks_merged += fused.merged;
+  counters_.observations_found += fused.observations;
 
   out.update = map_.Commit();
   RememberMove(out.update->revision, keyframe.id, keyframe.T_WC);
@@ -195,6 +205,7 @@ std::optional<MapUpdate> Mapper::Apply(const LocalBaResult& result) {
     const MapKeyframe* to = map_.FindKeyframe(edge.to);
     if (to != nullptr && to->frame.previous == edge.from) map_.SetDrAlpha(edge.to, edge.alpha);
   }
+  counters_.keyframes_culled += CullRedundantKeyframes(map_, context_);
   ++counters_.local_ba_applied;
   MapUpdate update = map_.Commit();
   poses_moved_revision_ = update.revision;

@@ -29,6 +29,7 @@ struct MapperCounters {
   int64_t observations_accepted = 0;
   int64_t observations_unknown = 0;    // of landmarks that the map does not have (any more)
   int64_t observations_repeated = 0;   // the keyframe observes that landmark already
+  int64_t observations_found = 0;      // that tracking missed and fusion found
   int64_t landmarks_invalid = 0;       // created by the front-end without usable depth or name
   int64_t landmarks_created = 0;       // by front-end and back-end
   int64_t landmarks_triangulated = 0;  // of these, by the back-end from two views

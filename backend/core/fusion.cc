@@ -1,0 +1,118 @@
+#include "backend/core/fusion.h"
+
+#include <algorithm>
+#include <set>
+
+#include "backend/core/landmark_state.h"
+#include "backend/core/matching.h"
+
+namespace gw::backend {
+namespace {
+
+constexpr size_t kNeighbours = 10;       // covisible with the newest
+constexpr size_t kSecondNeighbours = 3;  // of each of these
+constexpr size_t kMaxTargets = 20;
+
+std::vector<KeyframeId> Targets(const Map& map) {
+  std::vector<KeyframeId> out;
+  const KeyframeId newest = map.newest_keyframe();
+  const auto add = [&](KeyframeId id) {
+    if (id != newest && out.size() < kMaxTargets &&
+        std::find(out.begin(), out.end(), id) == out.end()) {
+      out.push_back(id);
+    }
+  };
+  for (const auto& [id, shared] : map.Neighbours(newest, 1)) {
+    if (out.size() == kNeighbours) break;
+    add(id);
+  }
+  const size_t first = out.size();
+  for (size_t i = 0; i < first; ++i) {
+    size_t taken = 0;
+    for (const auto& [id, shared] : map.Neighbours(out[i], 1)) {
+      if (taken++ == kSecondNeighbours) break;
+      add(id);
+    }
+  }
+  return out;
+}
+
+class Fuser {
+ public:
+  Fuser(Map& map, const MappingContext& context) : map_(map), context_(context) {}
+
+  void FuseInto(KeyframeId target, const std::vector<LandmarkId>& landmarks) {
+    const MapKeyframe& keyframe = *map_.FindKeyframe(target);
+    const SE3 T_WC = keyframe.frame.T_WC;
+    const SE3 T_CW = T_WC.inverse();
+    for (const LandmarkId id : landmarks) {
+      const Landmark* landmark = map_.FindLandmark(id);
+      if (landmark == nullptr || Observes(*landmark, target)) continue;
+      const auto expected = Sight(context_, *landmark, T_WC, T_CW);
+      if (!expected) continue;
+      const int feature = FindFeature(context_, *landmark, *expected, keyframe, scratch_);
+      if (feature < 0) continue;
+      const LandmarkId other = keyframe.frame.landmarks[feature];
+      if (!other.valid()) {
+        if (map_.AddObservation(id, {target, feature})) {
+          ++counts_.observations;
+          changed_.insert(id);
+        }
+      } else {
+        Merge(id, other);
+      }
+    }
+  }
+
+  FusionCounts Finish() {
+    for (const LandmarkId id : changed_) {
+      if (map_.FindLandmark(id) == nullptr) continue;
+      RefreshGeometry(map_, context_, id);
+      RefreshDescriptor(map_, id);
+    }
+    return counts_;
+  }
+
+ private:
+  void Merge(LandmarkId a, LandmarkId b) {
+    const size_t seen_a = map_.FindLandmark(a)->observations.size();
+    const size_t seen_b = map_.FindLandmark(b)->observations.size();
+    const bool keep_a = seen_a != seen_b ? seen_a > seen_b : a < b;
+    const LandmarkId into = keep_a ? a : b;
+    map_.MergeLandmark(keep_a ? b : a, into);
+    changed_.insert(into);
+    ++counts_.merged;
+  }
+
+  Map& map_;
+  const MappingContext& context_;
+  FusionCounts counts_;
+  std::set<LandmarkId> changed_;
+  std::vector<int> scratch_;
+};
+
+std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
+  std::vector<LandmarkId> out;
+  for (const KeyframeId id : keyframes) {
+    for (const LandmarkId landmark : map.FindKeyframe(id)->frame.landmarks) {
+      if (landmark.valid()) out.push_back(landmark);
+    }
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  return out;
+}
+
+}  // namespace
+
+FusionCounts FuseWithNeighbours(Map& map, const MappingContext& context) {
+  const KeyframeId newest = map.newest_keyframe();
+  const std::vector<KeyframeId> targets = Targets(map);
+  Fuser fuser(map, context);
+  const std::vector<LandmarkId> own = LandmarksOf(map, {newest});
+  for (const KeyframeId target : targets) fuser.FuseInto(target, own);
+  fuser.FuseInto(newest, LandmarksOf(map, targets));
+  return fuser.Finish();
+}
+
+}  // namespace gw::backend

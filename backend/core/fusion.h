@@ -1,0 +1,21 @@
+// Landmarks that are the same point, created twice, become one; landmarks get the observations that
+// tracking missed.
+#pragma once
+
+#include "backend/core/map.h"
+#include "backend/core/mapping_context.h"
+
+namespace gw::backend {
+
+struct FusionCounts {
+  int merged = 0;
+  int observations = 0;
+};
+
+// Projects the newest keyframe's landmarks into its neighbours (two hops of covisibility) and
+// theirs into it. A landmark that falls on a feature without landmark gains the observation; on a
+// feature of another landmark, the one with more observations (on a tie the older) absorbs the
+// other.
+FusionCounts FuseWithNeighbours(Map& map, const MappingContext& context);
+
+}  // namespace gw::backend

@@ -153,7 +153,8 @@ Result<std::unique_ptr<FrameSource>> MakeFileFrames(std::vector<FrameFiles> file
   CameraCalibration& camera = recording.calibration.camera;
   camera.width = first->width;
   camera.height = first->height;
-  camera.rate_hz = MedianRateHz(times) > 0 ? MedianRateHz(times) : camera.rate_hz;
+  const double rate_hz = MedianRateHz(times);
+  if (rate_hz > 0) camera.rate_hz = rate_hz;
   return std::unique_ptr<FrameSource>(
       std::make_unique<FileFrames>(std::move(present), first->width, first->height));
 }

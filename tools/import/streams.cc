@@ -28,13 +28,14 @@ std::vector<std::pair<size_t, size_t>> AssociateNearest(const std::vector<Utime>
   return pairs;
 }
 
-double MedianRateHz(std::vector<Utime> times) {
+double MedianRateHz(const std::vector<Utime>& times) {
   if (times.size() < 2) return 0;
-  std::vector<int64_t> periods;
-  for (size_t i = 1; i < times.size(); ++i) periods.push_back((times[i] - times[i - 1]).us);
-  const auto middle = periods.begin() + static_cast<int64_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle > 0 ? 1e6 / static_cast<double>(*middle) : 0;
+  const size_t step = times.size() < 30 ? 1 : 10;
+  std::vector<int64_t> spans;
+  for (size_t i = step; i < times.size(); ++i) spans.push_back((times[i] - times[i - step]).us);
+  const auto middle = spans.begin() + static_cast<int64_t>(spans.size() / 2);
+  std::nth_element(spans.begin(), middle, spans.end());
+  return *middle > 0 ? 1e6 * static_cast<double>(step) / static_cast<double>(*middle) : 0;
 }
 
 }  // namespace gw::importer

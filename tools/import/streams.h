@@ -44,7 +44,8 @@ std::vector<std::pair<size_t, size_t>> AssociateNearest(const std::vector<Utime>
                                                         const std::vector<Utime>& b,
                                                         DurationUs max_difference);
 
-// Median of the differences between neighbours as a rate; 0 with fewer than two times.
-double MedianRateHz(std::vector<Utime> times);
+// Median of the spans of ten samples (with fewer than 30 times: of one) as a rate, so that neither
+// jitter nor gaps count; 0 with fewer than two times.
+double MedianRateHz(const std::vector<Utime>& times);
 
 }  // namespace gw::importer

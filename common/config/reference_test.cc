@@ -9,11 +9,18 @@ namespace gw {
 namespace {
 
 TEST(Reference, CommittedPageIsUpToDate) {
-  std::ifstream file(GW_SOURCE_DIR "/docs/configuration.md");
-  std::ostringstream text;
-  text << file.rdbuf();
-  EXPECT_EQ(text.str(), ConfigReference())
-      << "run: gw-config --doc > docs/configuration.md, and commit it with the changed field";
+  std::ifstream committed(GW_SOURCE_DIR "/docs/configuration.md");
+  std::istringstream generated(ConfigReference());
+  std::string have;
+  std::string want;
+  for (int line = 1;; ++line) {
+    const bool more_have = static_cast<bool>(std::getline(committed, have));
+    const bool more_want = static_cast<bool>(std::getline(generated, want));
+    ASSERT_TRUE(more_have == more_want && have == want)
+        << "docs/configuration.md:" << line << " is\n  " << have << "\nand should be\n  " << want
+        << "\nrun: gw-config --doc > docs/configuration.md, and commit it with the changed field";
+    if (!more_have) break;
+  }
 }
 
 void ExpectExplained(const FieldInfo& section, const std::string& path) {

@@ -27,6 +27,17 @@ uint32_t Long(CounterRng& rng) {
   return static_cast<uint32_t>(rng.NextU64());
 }
 
+// The frames of bytes behind which nothing comes.
+std::vector<Frame> ParseAll(const std::vector<uint8_t>& bytes, FrameParser* parser) {
+  auto frames = parser->Push(bytes);
+  for (Frame& frame : parser->AbandonPartial()) frames.push_back(std::move(frame));
+  return frames;
+}
+std::vector<Frame> ParseAll(const std::vector<uint8_t>& bytes) {
+  FrameParser parser;
+  return ParseAll(bytes, &parser);
+}
+
 Feedback RandomFeedback(CounterRng& rng, bool complete) {
   const auto present = [&] { return complete || rng.Below(3) != 0; };
   Feedback f;
@@ -72,8 +83,7 @@ TEST(KobukiRoundTrip, EveryFeedbackSurvivesEncodingAndDecoding) {
   for (uint64_t i = 0; i < 5000; ++i) {
     CounterRng rng(2, 1, i);
     const Feedback sent = RandomFeedback(rng, false);
-    FrameParser parser;
-    const auto frames = parser.Push(EncodeFrame(EncodeFeedback(sent)));
+    const auto frames = ParseAll(EncodeFrame(EncodeFeedback(sent)));
     ASSERT_EQ(frames.size(), 1u) << i;
     EXPECT_EQ(DecodeFeedback(frames[0].payload), sent) << i;
   }
@@ -114,8 +124,7 @@ TEST(KobukiRoundTrip, EveryCommandReachesTheRobot) {
       sent.output = Word(rng);
       frame.Output(*sent.output);
     }
-    FrameParser parser;
-    const auto frames = parser.Push(frame.Encode());
+    const auto frames = ParseAll(frame.Encode());
     ASSERT_EQ(frames.size(), 1u) << i;
     EXPECT_EQ(DecodeCommands(frames[0].payload), sent) << i;
   }
@@ -227,8 +236,7 @@ TEST(KobukiResync, PiecesDoNotMatter) {
     const Stream stream = DamagedStream(rng, 50);
     FrameParser whole;
     FrameParser pieces;
-    auto a = whole.Push(stream.bytes);
-    for (auto& frame : whole.AbandonPartial()) a.push_back(std::move(frame));
+    const auto a = ParseAll(stream.bytes, &whole);
     const auto b = ParseInPieces(stream.bytes, rng, &pieces);
     ASSERT_EQ(a.size(), b.size());
     for (size_t k = 0; k < a.size(); ++k) EXPECT_EQ(EncodeFrame(a[k].payload), b[k].bytes);
@@ -249,9 +257,7 @@ TEST(KobukiResync, LostByteCostsOneFrame) {
       bytes.insert(bytes.end(), frame.begin(), frame.end());
     }
     sent.erase(sent.begin() + 3);
-    FrameParser parser;
-    auto frames = parser.Push(bytes);
-    for (auto& frame : parser.AbandonPartial()) frames.push_back(std::move(frame));
+    const auto frames = ParseAll(bytes);
     ASSERT_EQ(frames.size(), sent.size()) << "byte " << lost;
     for (size_t k = 0; k < sent.size(); ++k) {
       EXPECT_EQ(DecodeFeedback(frames[k].payload), sent[k]);

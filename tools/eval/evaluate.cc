@@ -7,8 +7,8 @@
 namespace gw::eval {
 namespace {
 
-constexpr double kMinStep = 0.01;   // m
-constexpr int64_t kGapPeriods = 3;  // of the estimate's median period
+constexpr double kMinStep = 0.01;     // m
+constexpr int64_t kPausePeriods = 3;  // of the estimate's median period
 
 double Degrees(const SE3& T) {
   return LogSO3(T.rotation()).norm() * 180.0 / std::numbers::pi;
@@ -107,12 +107,22 @@ std::vector<double> DistanceAt(const Trajectory& ref, const std::vector<PosePair
   return out;
 }
 
+DurationUs LongestPause(const Trajectory& est) {
+  if (est.size() < 2) return {};
+  std::vector<DurationUs> periods;
+  for (size_t i = 1; i < est.size(); ++i) periods.push_back(est[i].utime - est[i - 1].utime);
+  std::sort(periods.begin(), periods.end());
+  return {kPausePeriods * periods[periods.size() / 2].us};
+}
+
 std::vector<std::pair<double, double>> Gaps(const Trajectory& ref, const Trajectory& est) {
   std::vector<std::pair<double, double>> gaps;
   if (ref.empty()) return gaps;
   const Utime ref_begin = ref.front().utime;
   const Utime ref_end = ref.back().utime;
+  const DurationUs pause = LongestPause(est);
   const auto add = [&](Utime begin, Utime end) {
+    if (end - begin <= pause) return;
     begin = std::max(begin, ref_begin);
     end = std::min(end, ref_end);
     if (begin < end) gaps.emplace_back((begin - ref_begin).seconds(), (end - ref_begin).seconds());
@@ -121,14 +131,8 @@ std::vector<std::pair<double, double>> Gaps(const Trajectory& ref, const Traject
     add(ref_begin, ref_end);
     return gaps;
   }
-  std::vector<DurationUs> periods;
-  for (size_t i = 1; i < est.size(); ++i) periods.push_back(est[i].utime - est[i - 1].utime);
-  std::sort(periods.begin(), periods.end());
-  const DurationUs longest{kGapPeriods * periods[periods.size() / 2].us};
   add(ref_begin, est.front().utime);
-  for (size_t i = 1; i < est.size(); ++i) {
-    if (est[i].utime - est[i - 1].utime > longest) add(est[i - 1].utime, est[i].utime);
-  }
+  for (size_t i = 1; i < est.size(); ++i) add(est[i - 1].utime, est[i].utime);
   add(est.back().utime, ref_end);
   return gaps;
 }

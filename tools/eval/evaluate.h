@@ -64,9 +64,12 @@ struct Evaluation {
 Result<Evaluation> Evaluate(const Trajectory& ref, const Trajectory& est,
                             const EvalOptions& options);
 
-// The stretches of the reference's time span, in seconds since its begin, that the estimate leaves
-// open: before its first pose, after its last, and between two poses that are further apart than
-// three times its median period.
+// How long the estimate may stay silent and still count as coming: three times its median period.
+// Zero for less than two poses.
+DurationUs LongestPause(const Trajectory& est);
+
+// The stretches of the reference's time span, in seconds since its begin, where the estimate is
+// silent for more than LongestPause(): before its first pose, between poses, after its last.
 std::vector<std::pair<double, double>> Gaps(const Trajectory& ref, const Trajectory& est);
 
 // Share of the reference's time span outside of all Gaps(), in [0, 1].

@@ -57,7 +57,7 @@ Result<Done> MeasureCoverage(const Arguments& args, const Trajectory& est, EvalR
 }
 
 Result<Done> Run(const Arguments& args) {
-  const auto ref = ReadTum(args.ref);
+  const auto ref = ReadReference(args.ref);
   if (!ref) return ref.error();
   const auto est = ReadTum(args.est);
   if (!est) return est.error();
@@ -91,12 +91,13 @@ int main(int argc, char** argv) {
   using gw::eval::Alignment;
   gw::eval::Arguments args;
   CLI::App app(
-      "Compares an estimated trajectory with a reference (both TUM: t x y z qx qy qz qw).\n"
+      "Compares an estimated trajectory with a reference (TUM files: t x y z qx qy qz qw).\n"
       "Both must be of the same body; scale is never estimated.\n"
       "Exit: 0 ok, 1 files not usable or nothing to compare, 2 usage.");
   app.set_version_flag("--version", gw::Version());
-  app.add_option("--ref", args.ref, "reference trajectory")->required();
-  app.add_option("--est", args.est, "estimated trajectory")->required();
+  app.add_option("--ref", args.ref, "reference: TUM file, or LCM log (.lcm) with ground truth")
+      ->required();
+  app.add_option("--est", args.est, "estimate: TUM file")->required();
   app.add_option("--align", args.options.alignment,
                  "how the frames are brought together: se3 (default), yaw (turn about z and "
                  "shift) or none")

@@ -152,12 +152,13 @@ def distances(ref, pairs):
 
 
 def completeness(ref, est):
-    t = np.array(est[0])
-    periods = np.sort(np.diff(t))
-    good = np.diff(t) <= 3 * periods[len(periods) // 2]
     first, last = ref[0][0], ref[0][-1]
-    covered = np.minimum(t[1:], last) - np.maximum(t[:-1], first)
-    return np.sum(np.maximum(covered, 0) * good) / (last - first)
+    periods = np.sort(np.diff(est[0]))
+    longest = 3 * periods[len(periods) // 2]
+    events = [min(first, est[0][0])] + list(est[0]) + [max(last, est[0][-1])]
+    silent = sum(max(0, min(b, last) - max(a, first))
+                 for a, b in zip(events[:-1], events[1:]) if b - a > longest)
+    return 1 - silent / (last - first)
 
 
 def evaluate(ref, est, mode, delta=1000000):
@@ -221,7 +222,8 @@ def random_case(seed, folder):
     ref_times = start + np.cumsum(rng.randint(8000, 12000, size=2500))
     hole = rng.randint(800, 1500)  # of the reference: too long to interpolate over
     ref_times = np.delete(ref_times, np.arange(hole, hole + 60))
-    est_times = start - 200000 + np.cumsum(rng.randint(30000, 37000, size=800))
+    begin = start + rng.randint(-300000, 2000000)
+    est_times = begin + np.cumsum(rng.randint(30000, 37000, size=rng.randint(650, 800)))
     gap = rng.randint(100, 500)
     est_times = np.delete(est_times, np.arange(gap, gap + rng.randint(1, 90)))
     offset = matrix(rot_exp(rng.normal(size=3)), 5 * rng.normal(size=3))

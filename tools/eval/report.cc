@@ -88,46 +88,51 @@ std::string Optional(const std::optional<double>& value, int decimals, const std
 
 // --- plot ---
 
-enum class Axis { kX, kY, kZ };
+constexpr double kPenUp = std::numeric_limits<double>::quiet_NaN();
+constexpr char kReferenceColor[] = "#808080";
+constexpr char kEstimateColor[] = "#0072b2";
+constexpr char kKeyframeColor[] = "#d55e00";
 
-plot::Series Path(const Trajectory& poses, Axis across, Axis up, DurationUs break_after) {
-  constexpr double kPenUp = std::numeric_limits<double>::quiet_NaN();
+// The second axis of a map.
+enum class Up { kY, kZ };
+
+double Coordinate(const SE3& T, Up up) {
+  return up == Up::kY ? T.translation().y() : T.translation().z();
+}
+
+plot::Series Path(const Trajectory& poses, Up up, const char* label, const char* color) {
   plot::Series series;
+  series.label = label;
+  series.color = color;
+  const DurationUs pause = LongestPause(poses);
   for (size_t i = 0; i < poses.size(); ++i) {
-    if (i > 0 && poses[i].utime - poses[i - 1].utime > break_after) {
+    if (i > 0 && poses[i].utime - poses[i - 1].utime > pause) {
       series.x.push_back(kPenUp);
       series.y.push_back(kPenUp);
     }
-    series.x.push_back(poses[i].T.translation()[static_cast<int>(across)]);
-    series.y.push_back(poses[i].T.translation()[static_cast<int>(up)]);
+    series.x.push_back(poses[i].T.translation().x());
+    series.y.push_back(Coordinate(poses[i].T, up));
   }
   return series;
 }
 
 plot::Panel MapPanel(const EvalReport& report, const Trajectory& ref, const Trajectory& aligned,
-                     Axis up) {
-  const char* up_name = up == Axis::kY ? "y" : "z";
+                     Up up) {
   plot::Panel panel;
-  panel.title = up == Axis::kY ? "top view" : "side view";
+  panel.title = up == Up::kY ? "top view" : "side view";
   panel.x_label = "x (m)";
-  panel.y_label = std::string(up_name) + " (m)";
-  panel.equal_aspect = true;
-  const DurationUs break_after = Milliseconds(1000);
-  plot::Series truth = Path(ref, Axis::kX, up, break_after);
-  truth.label = "reference";
-  truth.color = "#808080";
-  plot::Series estimate = Path(aligned, Axis::kX, up, break_after);
-  estimate.label = "estimate";
-  panel.series = {std::move(truth), std::move(estimate)};
-  panel.series.back().color = "#0072b2";
+  panel.y_label = up == Up::kY ? "y (m)" : "z (m)";
+  panel.equal_aspect = up == Up::kY;  // from the side a floor would be a line
+  panel.series = {Path(ref, up, "reference", kReferenceColor),
+                  Path(aligned, up, "estimate", kEstimateColor)};
   if (report.keyframes) {
     plot::Series keyframes;
     keyframes.label = "keyframes";
     keyframes.style = plot::Style::kPoints;
-    keyframes.color = "#d55e00";
+    keyframes.color = kKeyframeColor;
     for (const PosePair& pair : report.keyframes->pairs) {
       keyframes.x.push_back(pair.T_est.translation().x());
-      keyframes.y.push_back(pair.T_est.translation()[static_cast<int>(up)]);
+      keyframes.y.push_back(Coordinate(pair.T_est, up));
     }
     panel.series.push_back(std::move(keyframes));
   }
@@ -140,10 +145,16 @@ plot::Panel ErrorPanel(const EvalReport& report, const Trajectory& ref, const Tr
   panel.title = title;
   panel.x_label = "time since the reference's begin (s)";
   panel.y_label = unit;
+  const std::vector<PosePair>& pairs = report.frames.pairs;
+  const DurationUs pause = LongestPause(est);
   plot::Series series;
-  series.style = plot::Style::kPoints;
+  series.color = kEstimateColor;
   for (size_t i = 0; i < errors.size(); ++i) {
-    series.x.push_back((report.frames.pairs[i].utime - ref.front().utime).seconds());
+    if (i > 0 && pairs[i].utime - pairs[i - 1].utime > pause) {
+      series.x.push_back(kPenUp);
+      series.y.push_back(kPenUp);
+    }
+    series.x.push_back((pairs[i].utime - ref.front().utime).seconds());
     series.y.push_back(errors[i]);
   }
   panel.series.push_back(std::move(series));
@@ -260,7 +271,7 @@ std::string RenderPlot(const EvalReport& report, const Trajectory& ref, const Tr
                  AlignmentName(report.options.alignment);
   figure.columns = 2;
   figure.panels = {
-      MapPanel(report, ref, aligned, Axis::kY), MapPanel(report, ref, aligned, Axis::kZ),
+      MapPanel(report, ref, aligned, Up::kY), MapPanel(report, ref, aligned, Up::kZ),
       ErrorPanel(report, ref, est, report.frames.ape_m, "absolute position error", "m"),
       ErrorPanel(report, ref, est, report.frames.ape_deg, "absolute rotation error", "deg")};
   return plot::RenderSvg(figure);

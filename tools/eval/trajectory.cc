@@ -8,6 +8,10 @@
 #include <sstream>
 #include <system_error>
 
+#include "common/process/event_log.h"
+#include "lcmtypes/wire/channels.h"
+#include "lcmtypes/wire/wire.h"
+
 namespace gw::eval {
 namespace {
 
@@ -87,6 +91,32 @@ Result<Trajectory> ReadTum(const std::string& path) {
   const Result<std::string> text = ReadFile(path);
   if (!text) return text.error();
   return ParseTum(*text, path);
+}
+
+Result<Trajectory> ReadGroundTruthLog(const std::string& path) {
+  auto log = process::EventLogReader::Open(path);
+  if (!log) return log.error();
+  Trajectory out;
+  while (const auto event = log->Next()) {
+    if (event->channel != wire::kGroundTruth) continue;
+    const std::string where = path + ": event " + std::to_string(event->number) + ": ";
+    const auto truth = wire::Decode<GroundTruth>(event->data);
+    if (!truth) return Error{ErrorCode::kBadData, where + truth.error().message};
+    if (!out.empty() && truth->utime <= out.back().utime) {
+      return Error{ErrorCode::kBadData, where + "time of the ground truth does not increase"};
+    }
+    out.push_back({truth->utime, truth->T_GB});
+  }
+  if (log->error()) return *log->error();
+  if (out.empty()) {
+    return Error{ErrorCode::kBadData, path + ": holds no " + wire::kGroundTruth +
+                                          " message; name a TUM file with the reference"};
+  }
+  return out;
+}
+
+Result<Trajectory> ReadReference(const std::string& path) {
+  return path.ends_with(".lcm") ? ReadGroundTruthLog(path) : ReadTum(path);
 }
 
 Result<std::vector<Utime>> ReadFrameTimes(const std::string& path) {

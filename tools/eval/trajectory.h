@@ -1,4 +1,4 @@
-// Trajectories in files.
+// Trajectories from files.
 #pragma once
 
 #include <string>
@@ -23,6 +23,13 @@ using Trajectory = std::vector<TimedPose>;  // times strictly increase
 // rounded to 1 us.
 Result<Trajectory> ParseTum(const std::string& text, const std::string& name);
 Result<Trajectory> ReadTum(const std::string& path);
+
+// The GROUND_TRUTH messages of an LCM event log. Refused, with the number of the event: a message
+// that cannot be decoded, and a time that does not increase. A log without any is an error too.
+Result<Trajectory> ReadGroundTruthLog(const std::string& path);
+
+// A file that ends in .lcm is read as a log, any other as TUM.
+Result<Trajectory> ReadReference(const std::string& path);
 
 // The image times of a frames.csv (first column `utime`, us); the header line names the columns.
 Result<std::vector<Utime>> ReadFrameTimes(const std::string& path);

@@ -5,6 +5,10 @@
 
 #include <fstream>
 
+#include "common/process/event_log.h"
+#include "lcmtypes/wire/channels.h"
+#include "lcmtypes/wire/wire.h"
+
 namespace gw::eval {
 namespace {
 
@@ -62,6 +66,34 @@ TEST(Tum, MissingFileIsNamed) {
   ASSERT_FALSE(t.ok());
   EXPECT_EQ(t.error().code, ErrorCode::kNotFound);
   EXPECT_THAT(t.error().message, HasSubstr("no/such.tum: cannot open"));
+}
+
+std::string WriteLog(const std::vector<GroundTruth>& truths) {
+  const std::string path = testing::TempDir() + "eval_ground_truth.lcm";
+  auto log = process::EventLogWriter::Create(path);
+  EXPECT_TRUE(log.ok());
+  for (const GroundTruth& truth : truths) {
+    EXPECT_TRUE(log->Append(truth.utime, wire::kHealth, wire::Encode(Health{})).ok());
+    EXPECT_TRUE(log->Append(truth.utime, wire::kGroundTruth, wire::Encode(truth)).ok());
+  }
+  EXPECT_TRUE(log->Close().ok());
+  return path;
+}
+
+TEST(GroundTruthLog, GivesItsPosesInOrder) {
+  const SE3 T(ExpSO3({0.1, 0.2, 0.3}), {1, 2, 3});
+  const auto t = ReadReference(WriteLog({{{1000}, 1, SE3()}, {{2000}, 2, T}}));
+  ASSERT_TRUE(t.ok()) << t.error().message;
+  ASSERT_EQ(t->size(), 2u);
+  EXPECT_EQ((*t)[1].utime.us, 2000);
+  EXPECT_EQ((*t)[1].T.translation(), T.translation());
+}
+
+TEST(GroundTruthLog, RefusesTimesThatDoNotIncreaseAndLogsWithoutTruth) {
+  const auto repeated = ReadReference(WriteLog({{{1000}, 1, SE3()}, {{1000}, 2, SE3()}}));
+  EXPECT_THAT(repeated.error().message, HasSubstr("event 3: time of the ground truth does not"));
+  EXPECT_THAT(ReadReference(WriteLog({})).error().message, HasSubstr("holds no GROUND_TRUTH"));
+  EXPECT_EQ(ReadReference("no/such.lcm").error().code, ErrorCode::kNotFound);
 }
 
 TEST(FrameTimes, ReadsTheFirstColumn) {

@@ -4,6 +4,7 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -15,6 +16,10 @@ namespace {
 
 // Relative change of the cost at which a pass ends early: far below what a pixel is worth.
 constexpr double kFunctionTolerance = 1e-4;
+
+// When fewer than this share of the sightings turned out to be outliers after the first pass, their
+// Huber-bounded pull is too small to be worth a second one; they leave the map all the same.
+constexpr double kNegligibleOutliers = 0.005;
 
 // Chi-square of a sighting; infinite when the landmark is not in front of the camera.
 double ChiSquare(const LocalBaJob& job, const LocalBaJob::Sighting& s, const SE3& T_CW,
@@ -143,8 +148,12 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job) {
   Classify(job, /*gate=*/false, state);
   if (!SolvePass(job, manifold, state, result)) return result;
   Classify(job, /*gate=*/true, state);
-  if (!SolvePass(job, manifold, state, result)) return result;
-  Classify(job, /*gate=*/true, state);
+  const auto outliers = std::count(state.used.begin(), state.used.end(), false);
+  if (static_cast<double>(outliers) >
+      kNegligibleOutliers * static_cast<double>(state.used.size())) {
+    if (!SolvePass(job, manifold, state, result)) return result;
+    Classify(job, /*gate=*/true, state);
+  }
 
   result.usable = true;
   for (size_t i = 0; i < job.keyframes.size(); ++i) {

@@ -267,6 +267,8 @@ void Map::RemoveKeyframe(KeyframeId id, KeyframeId parent) {
   }
   const KeyframeRemoval removal{id, parent, stays->frame.T_WC.inverse() * keyframe->frame.T_WC};
   RecordRemoval(removal);
+  // The bridge's weight may come from changes that the receiver has not seen: say it.
+  if (FindKeyframe(keyframe->next) != nullptr) changes_.dr_edges.insert(keyframe->next);
   EraseKeyframe(id);
   changes_.keyframes.erase(id);
   changes_.dr_edges.erase(id);

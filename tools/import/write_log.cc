@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
-#include <tuple>
 #include <vector>
 
 #include "common/config/loader.h"
 #include "common/config/writer.h"
-#include "common/process/event_log.h"
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/wire.h"
+#include "tools/log/safe_log_writer.h"
 
 namespace gw::importer {
 namespace {
@@ -41,65 +40,36 @@ std::vector<Item> Schedule(const Recording& recording) {
   return items;
 }
 
-// The log under its temporary name; removed unless it was finished.
-class PartialLog {
+// Counts the messages of each channel on their way into the log.
+class CountingLog {
  public:
-  explicit PartialLog(const std::filesystem::path& file)
-      : file_(file), partial_(file.string() + ".partial") {}
-  ~PartialLog() {
-    if (!finished_) {
-      writer_.reset();
-      std::error_code ignored;
-      std::filesystem::remove(partial_, ignored);
-    }
-  }
-  PartialLog(const PartialLog&) = delete;
-  PartialLog& operator=(const PartialLog&) = delete;
+  explicit CountingLog(tools::SafeLogWriter writer) : writer_(std::move(writer)) {}
 
-  Result<Done> Open() {
-    Result<process::EventLogWriter> writer = process::EventLogWriter::Create(partial_.string());
-    if (!writer) return writer.error();
-    writer_ = std::make_unique<process::EventLogWriter>(*std::move(writer));
-    return Done{};
-  }
   template <typename Message>
-  Result<Done> Append(const char* channel, const Message& message) {
-    ++summary_.messages[channel];
-    return writer_->Append(message.utime, channel, wire::Encode(message));
-  }
-  int64_t next_seq(const char* channel) const {
-    const auto found = summary_.messages.find(channel);
-    return found == summary_.messages.end() ? 1 : found->second + 1;
+  Result<Done> Append(const char* channel, Message message) {
+    message.seq = ++summary_.messages[channel];
+    return writer_.Append(message.utime, channel, wire::Encode(message));
   }
   Result<LogSummary> Finish(Utime begin, Utime end) {
     summary_.begin = begin;
     summary_.end = end;
-    summary_.bytes = writer_->bytes_written();
-    const Result<Done> closed = writer_->Close();
-    if (!closed) return closed.error();
-    std::error_code error;
-    std::filesystem::rename(partial_, file_, error);
-    if (error) {
-      return Error{ErrorCode::kIo, file_.string() + ": cannot be replaced: " + error.message()};
-    }
-    finished_ = true;
+    summary_.bytes = writer_.bytes_written();
+    const Result<Done> committed = writer_.Commit();
+    if (!committed) return committed.error();
     return summary_;
   }
 
  private:
-  std::filesystem::path file_, partial_;
-  std::unique_ptr<process::EventLogWriter> writer_;
+  tools::SafeLogWriter writer_;
   LogSummary summary_;
-  bool finished_ = false;
 };
 
-Result<Done> AppendNotes(const Recording& recording, Utime utime, PartialLog& log) {
+Result<Done> AppendNotes(const Recording& recording, Utime utime, CountingLog& log) {
   std::vector<std::pair<std::string, std::string>> notes = recording.notes;
   for (const std::string& warning : recording.warnings) notes.emplace_back("warning", warning);
   for (const auto& [key, text] : notes) {
     wire::Note note;
     note.utime = utime;
-    note.seq = log.next_seq(wire::kNote);
     note.key = key;
     note.text = text;
     const Result<Done> written = log.Append(wire::kNote, note);
@@ -108,13 +78,7 @@ Result<Done> AppendNotes(const Recording& recording, Utime utime, PartialLog& lo
   return Done{};
 }
 
-template <typename Sample>
-Result<Done> AppendSample(const char* channel, Sample sample, PartialLog& log) {
-  sample.seq = log.next_seq(channel);
-  return log.Append(channel, sample);
-}
-
-Result<Done> AppendFrame(const FrameSource& frames, size_t index, PartialLog& log) {
+Result<Done> AppendFrame(const FrameSource& frames, size_t index, CountingLog& log) {
   const Result<FramePixels> pixels = frames.Load(index);
   if (!pixels) return pixels.error();
   CameraFrame frame;
@@ -122,7 +86,7 @@ Result<Done> AppendFrame(const FrameSource& frames, size_t index, PartialLog& lo
   frame.left = pixels->left.view();
   frame.right = pixels->right.view();
   frame.depth = pixels->depth.view();
-  return AppendSample(wire::kCamera, frame, log);
+  return log.Append(wire::kCamera, frame);
 }
 
 }  // namespace
@@ -133,24 +97,24 @@ Result<LogSummary> WriteLog(const Recording& recording, const std::filesystem::p
   if (items.empty()) {
     return Error{ErrorCode::kBadData, recording.name + ": holds nothing to import"};
   }
-  PartialLog log(file);
-  const Result<Done> opened = log.Open();
-  if (!opened) return opened.error();
+  Result<tools::SafeLogWriter> writer = tools::SafeLogWriter::Create(file.string());
+  if (!writer) return writer.error();
+  CountingLog log(*std::move(writer));
   const Result<Done> noted = AppendNotes(recording, items.front().utime, log);
   if (!noted) return noted.error();
   const auto append = [&](const Item& item) -> Result<Done> {
     switch (item.rank) {
       case Rank::kImu:
-        return AppendSample(wire::kImu, recording.imu[item.index], log);
+        return log.Append(wire::kImu, recording.imu[item.index]);
       case Rank::kWheel:
-        return AppendSample(wire::kWheel, recording.wheel[item.index], log);
+        return log.Append(wire::kWheel, recording.wheel[item.index]);
       case Rank::kDr:
-        return AppendSample(wire::kDr, recording.dr[item.index], log);
+        return log.Append(wire::kDr, recording.dr[item.index]);
       case Rank::kCamera:
         progress(item.index, recording.frames->size());
         return AppendFrame(*recording.frames, item.index, log);
       case Rank::kGroundTruth:
-        return AppendSample(wire::kGroundTruth, recording.ground_truth[item.index], log);
+        return log.Append(wire::kGroundTruth, recording.ground_truth[item.index]);
     }
     GW_CHECK(false);
   };

@@ -9,6 +9,7 @@
 #include "common/config/dr_ekf_config.h"
 #include "common/config/fields.h"
 #include "common/config/frontend_config.h"
+#include "common/config/kobuki_config.h"
 
 namespace gw {
 
@@ -19,6 +20,15 @@ struct RobotSection {
   void VisitFields(Visitor& v) {
     v.Field("name", name,
             {.required = true, .text = "of the robot or recording; appears in reports"});
+  }
+};
+
+struct DriversConfig {
+  KobukiConfig kobuki;
+
+  template <typename Visitor>
+  void VisitFields(Visitor& v) {
+    v.Section("kobuki", kobuki, {.text = "Kobuki base (gw-kobuki)"});
   }
 };
 
@@ -40,6 +50,7 @@ struct ProcessConfig {
 struct RobotConfig {
   RobotSection robot;
   Calibration calibration;
+  DriversConfig drivers;
   FrontendConfig frontend;
   BackendConfig backend;
   DrEkfConfig dr_ekf;
@@ -51,6 +62,7 @@ struct RobotConfig {
     v.Section(
         "calibration", calibration,
         {.required = true, .text = "sensors: what they are, where they are, how noisy they are"});
+    v.Section("drivers", drivers, {.text = "devices"});
     v.Section("frontend", frontend, {.text = "tracking"});
     v.Section("backend", backend, {.text = "mapping"});
     v.Section("dr_ekf", dr_ekf, {.text = "dead reckoning"});

@@ -8,9 +8,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <exception>
-#include <regex>
+#include <string_view>
+#include <system_error>
+#include <utility>
 
 #include "lcmtypes/wire/channels.h"
 
@@ -22,39 +25,39 @@ namespace {
 constexpr int kWantedReceiveBuffer = 4 << 20;
 constexpr int kMaxMessagesPerPump = 1000;
 
-struct UdpmOptions {
-  int receive_buffer = 0;  // 0: the system's default
-};
+// Take a piece off the front of `text`; false, and nothing taken, when it is not there.
+bool Take(std::string_view& text, std::string_view piece) {
+  if (!text.starts_with(piece)) return false;
+  text.remove_prefix(piece.size());
+  return true;
+}
+bool TakeNumber(std::string_view& text, int min, int max, int& number) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || number < min || number > max) return false;
+  text.remove_prefix(static_cast<size_t>(end - text.data()));
+  return true;
+}
 
-Result<UdpmOptions> ParseUrl(const std::string& url) {
-  static const std::regex form(
-      R"(udpm://(\d{1,3})\.(\d{1,3})\.(\d{1,3})\.(\d{1,3}):(\d{1,5})(\?(.*))?)");
-  static const std::regex option(R"((ttl|recv_buf_size)=(\d{1,9}))");
-  const auto bad = [&url](const std::string& why) {
-    return Error{ErrorCode::kBadConfig,
-                 "LCM URL \"" + url + "\": " + why +
-                     "; it has the form "
-                     "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"};
-  };
-  std::smatch match;
-  if (!std::regex_match(url, match, form)) return bad("not understood");
-  for (int i = 1; i <= 4; ++i) {
-    if (std::stoi(match[i]) > 255) return bad("the address is out of range");
+// Gives recv_buf_size, 0 when the URL leaves it to the system. LCM itself would ignore what it does
+// not understand, or print and go on.
+Result<int> ParseReceiveBuffer(const std::string& url) {
+  std::string_view rest = url;
+  int ignored = 0;
+  bool fine = Take(rest, "udpm://") && TakeNumber(rest, 224, 239, ignored);  // multicast
+  for (int i = 0; i < 3; ++i) fine = fine && Take(rest, ".") && TakeNumber(rest, 0, 255, ignored);
+  fine = fine && Take(rest, ":") && TakeNumber(rest, 1, 65535, ignored);
+  int receive_buffer = 0;
+  for (std::string_view separator = "?"; fine && !rest.empty(); separator = "&") {
+    fine = Take(rest, separator) &&
+           ((Take(rest, "ttl=") && TakeNumber(rest, 0, 255, ignored)) ||
+            (Take(rest, "recv_buf_size=") && TakeNumber(rest, 1, 1 << 30, receive_buffer)));
   }
-  if (std::stoi(match[1]) < 224 || std::stoi(match[1]) > 239) return bad("not a multicast address");
-  if (std::stoi(match[5]) < 1 || std::stoi(match[5]) > 65535)
-    return bad("the port is out of range");
-  UdpmOptions options;
-  std::string rest = match[7];
-  while (!rest.empty()) {
-    const size_t end = rest.find('&');
-    const std::string one = rest.substr(0, end);
-    rest = end == std::string::npos ? "" : rest.substr(end + 1);
-    std::smatch parts;
-    if (!std::regex_match(one, parts, option)) return bad("option \"" + one + "\" is not known");
-    if (parts[1] == "recv_buf_size") options.receive_buffer = std::stoi(parts[2]);
-  }
-  return options;
+  if (fine) return receive_buffer;
+  return Error{ErrorCode::kBadConfig,
+               "LCM URL \"" + url +
+                   "\" is not of the form "
+                   "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304" +
+                   (rest.empty() ? "" : "; not understood: \"" + std::string(rest) + "\"")};
 }
 
 // What the kernel really grants; it cuts a large request silently to net.core.rmem_max.
@@ -111,8 +114,8 @@ LiveBus::~LiveBus() {
 }
 
 Result<std::unique_ptr<LiveBus>> LiveBus::Create(const std::string& url) {
-  const auto options = ParseUrl(url);
-  if (!options) return options.error();
+  const auto receive_buffer = ParseReceiveBuffer(url);
+  if (!receive_buffer) return receive_buffer.error();
   lcm_t* lcm = lcm_create(url.c_str());
   if (lcm == nullptr) {
     return Error{ErrorCode::kIo,
@@ -120,8 +123,7 @@ Result<std::unique_ptr<LiveBus>> LiveBus::Create(const std::string& url) {
                      ": no route for multicast? run: sudo ip link set lo multicast on; "
                      "sudo ip route add 239.255.76.67/32 dev lo"};
   }
-  return std::unique_ptr<LiveBus>(
-      new LiveBus(lcm, url, ReceiveBufferWarning(options->receive_buffer)));
+  return std::unique_ptr<LiveBus>(new LiveBus(lcm, url, ReceiveBufferWarning(*receive_buffer)));
 }
 
 Result<Done> LiveBus::Publish(const std::string& channel, std::span<const uint8_t> message) {

@@ -16,7 +16,7 @@
 #include "common/core/time.h"
 #include "common/process/file_handle.h"
 
-struct _lcm_t;
+struct _lcm_t;  // NOLINT(bugprone-reserved-identifier): LCM's own name
 
 namespace gw::process {
 

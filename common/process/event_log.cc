@@ -225,7 +225,7 @@ Result<Done> EventLogWriter::Flush(bool sync) {
 }
 
 Result<Done> EventLogWriter::Close() {
-  const auto flushed = Flush();
+  auto flushed = Flush();
   const bool closed = file_.Close();
   if (!flushed) return flushed;
   if (!closed) return Fail(errno);

@@ -19,7 +19,6 @@
 #include <gw_lcm/wheel_t.hpp>
 #include <limits>
 
-#include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/testing.h"
 
 namespace gw::wire {
@@ -628,7 +627,7 @@ TEST(WireCamera, NoDamageCrashes) {
   }
 }
 
-// Delivery and channels
+// Delivery
 
 TEST(WireDelivery, IsStampedIntoTheThreeTypesInPlace) {
   const Delivery delivery{42, 1'600'000'000'000'000, 40};
@@ -654,16 +653,6 @@ TEST(WireDelivery, OtherMessagesHaveNone) {
   EXPECT_FALSE(ReadDelivery(Bytes(10)));
   EXPECT_FALSE(ReadDelivery({}));
   EXPECT_FALSE(ReadHeader(Bytes(23)));
-}
-
-TEST(Channels, NamesAndTypesAreUsable) {
-  for (const Channel& channel : kChannels) {
-    EXPECT_EQ(FindChannel(channel.name), &channel);  // unique
-    EXPECT_NE(FingerprintOf(channel.type), 0);
-    EXPECT_GT(channel.queue_capacity, 0);
-    for (const char c : channel.name) EXPECT_TRUE(std::isupper(c) || std::isdigit(c) || c == '_');
-  }
-  EXPECT_EQ(FindChannel("NO_SUCH_CHANNEL"), nullptr);
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ Error Undetermined(const std::string& what) {
 
 Result<SE3> AlignSe3(const Centred& c) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(c.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Vector3d s = svd.singularValues();
+  const Eigen::Vector3d& s = svd.singularValues();
   if (s[0] < kMinSpread * kMinSpread) {
     return Undetermined("all positions are in one place; use --align none");
   }

@@ -39,7 +39,10 @@ std::string JsonString(const std::string& text) {
 
 std::string JsonList(const std::vector<double>& values) {
   std::string out = "[";
-  for (const double v : values) out += (out.size() > 1 ? ", " : "") + JsonNumber(v);
+  for (const double v : values) {
+    if (out.size() > 1) out += ", ";
+    out += JsonNumber(v);
+  }
   return out + "]";
 }
 
@@ -47,7 +50,8 @@ std::string JsonObject(const Members& members, int indent) {
   const std::string inner(indent + 2, ' ');
   std::string out = "{";
   for (const auto& [name, value] : members) {
-    out += std::string(out.size() > 1 ? "," : "") + "\n" + inner + JsonString(name) + ": " + value;
+    if (out.size() > 1) out += ',';
+    out.append("\n").append(inner).append(JsonString(name)).append(": ").append(value);
   }
   return out + "\n" + std::string(indent, ' ') + "}";
 }

@@ -205,10 +205,12 @@ class PanelRenderer {
       }
       const std::string px = FormatFixed(PixelX(series.x[i]), 1);
       const std::string py = FormatFixed(PixelY(series.y[i]), 1);
-      const std::string at = px + " " + py;
+      std::string at = px;
+      at.append(" ").append(py);
       if (pen_down && at == last) continue;
-      path += (pen_down ? "L" : "M") + at;
-      points += "<circle cx=\"" + px + "\" cy=\"" + py + "\" r=\"2\"/>\n";
+      path.append(pen_down ? "L" : "M").append(at);
+      points.append("<circle cx=\"").append(px).append("\" cy=\"").append(py);
+      points.append("\" r=\"2\"/>\n");
       last = at;
       pen_down = true;
     }
@@ -299,8 +301,9 @@ std::string RenderSvg(const Figure& figure) {
                     "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
   out += Text(0.5 * width, 24, figure.title, " text-anchor=\"middle\" font-size=\"16\"");
   for (int i = 0; i < panels; ++i) {
+    const int row = i / columns;
     const double x = (i % columns) * figure.panel_width;
-    const double y = header + (i / columns) * figure.panel_height;
+    const double y = header + row * figure.panel_height;
     out +=
         PanelRenderer(figure.panels[i], x, y, figure.panel_width, figure.panel_height, i).Render();
   }

@@ -15,7 +15,7 @@ using Bytes = std::vector<uint8_t>;
 class LiveBusTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    bus_ = Open("");
+    bus_ = Open("&recv_buf_size=1048576");
     if (!bus_) GTEST_SKIP() << "no multicast on this host";
     // The first subscription starts LCM's receive thread and its self test.
     if (!bus_->Subscribe("NOTE", [](auto, Utime) {}).ok()) {
@@ -53,7 +53,9 @@ TEST_F(LiveBusTest, CarriesSmallAndLargeMessages) {
                               })
                   .ok());
   const Bytes small = {1, 2, 3};
-  Bytes image(150'000);  // three datagrams
+  // Two datagrams. More may not fit into the kernel's default receive buffer (212 kB, of which
+  // small MTUs waste almost half), which is what a host without our sysctl setting grants.
+  Bytes image(100'000);
   for (size_t i = 0; i < image.size(); ++i) image[i] = static_cast<uint8_t>(i * 7);
   ASSERT_TRUE(bus_->Publish("CAMERA", small).ok());
   ASSERT_TRUE(bus_->Publish("CAMERA", image).ok());

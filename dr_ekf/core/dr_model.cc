@@ -29,16 +29,23 @@ double Square(double x) {
   return x * x;
 }
 
-// One Kalman update. Rows of K below `frozen` and of the clone stay zero when `consider` is set
-// (Schmidt): the pose does not move, the covariance stays honest.
+// What an update may do to the pose.
+enum class PoseUpdate {
+  kCorrect,  // the pose was estimated without this measurement, which corrects it
+  kDefine,   // the measurement is the motion; its noise is no correction
+  kHold,     // pose and velocity do not move (Schmidt's consider update), P stays honest
+};
+
+// One Kalman update.
 template <int kRows>
 void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
             const Eigen::Matrix<double, kRows, 1>& innovation,
-            const Eigen::Matrix<double, kRows, kRows>& R, bool consider, FilterState& state) {
+            const Eigen::Matrix<double, kRows, kRows>& R, PoseUpdate mode, FilterState& state) {
+  const bool hold = mode == PoseUpdate::kHold;
   const Eigen::Matrix<double, kErrorSize, kRows> PHt = state.P * H.transpose();
   const Eigen::Matrix<double, kRows, kRows> S = H * PHt + R;
   Eigen::Matrix<double, kErrorSize, kRows> K = S.ldlt().solve(PHt.transpose()).transpose();
-  if (consider) {
+  if (hold) {
     K.template topRows<9>().setZero();
     K.template bottomRows<6>().setZero();
   }
@@ -48,8 +55,13 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   state.P = 0.5 * (P + P.transpose());
   state.transition = (IKH * state.transition).eval();
 
+  if (mode == PoseUpdate::kCorrect) {
+    const auto K_pose = K.template topRows<6>();
+    state.correction_rate += K_pose * S * K_pose.transpose() / kCorrectionMemory;
+  }
+
   const ErrorVector d = K * innovation;
-  if (!consider) {
+  if (!hold) {
     state.T_OS = state.T_OS * SE3::Exp(d.segment<6>(kPose));
     state.T_OS_clone = state.T_OS_clone * SE3::Exp(d.segment<6>(kClone));
     state.v_OS_S += d.segment<3>(kVelocity);
@@ -190,6 +202,7 @@ DrModel::Rates DrModel::RatesBetween(Utime from, Utime to, const ImuSample* imu,
 void DrModel::PropagateTo(Utime utime, const ImuSample* imu, FilterState& state) const {
   if (utime <= state.utime) return;
   const double dt = (utime - state.utime).seconds();
+  state.correction_rate *= std::exp(-dt / kCorrectionMemory);
   if (state.stationary) {
     Hold(dt, state);
   } else {
@@ -370,7 +383,7 @@ void DrModel::Level(FilterState& state) const {
   const Vector3d innovation = state.accel_B - R_BI_ * state.accel_bias - up_S;
   const Matrix3d R =
       Matrix3d::Identity() * (Square(imu_.accel_noise) * imu_.rate_hz + Square(kLevelingSigma));
-  Update<3>(H, innovation, R, false, state);
+  Update<3>(H, innovation, R, PoseUpdate::kCorrect, state);
 }
 
 void DrModel::UpdateImuStillness(const ImuSample& imu, FilterState& state) const {
@@ -425,12 +438,16 @@ void DrModel::UpdateStationary(Utime utime, FilterState& state) const {
     state.P.middleRows<3>(kVelocity).setZero();
     state.P.middleCols<3>(kVelocity).setZero();
     state.transition.middleRows<3>(kVelocity).setZero();
+    state.correction_rate.setZero();
   } else {
     // What moved before it was noticed: the wheels measure the way anew from the clone; the gyro
     // was below the limit of stillness for at most a wheel period.
     state.way_unmeasured = true;
     if (!ImuAlive(state)) state.yaw_unmeasured = true;
-    state.P(5, 5) += Square(5e-4);
+    state.P(0, 0) += Square(kUnnoticedWay);
+    state.P(5, 5) += Square(kUnnoticedTurn);
+    state.correction_rate(0, 0) += Square(kUnnoticedWay) / kCorrectionMemory;
+    state.correction_rate(5, 5) += Square(kUnnoticedTurn) / kCorrectionMemory;
     state.P.diagonal().segment<3>(kVelocity) += Vector3d(1e-2, 1e-4, 1e-4);
   }
 }
@@ -439,14 +456,15 @@ void DrModel::ApplyZeroMotion(double dt, FilterState& state) const {
   Eigen::Matrix<double, 3, kErrorSize> H = Eigen::Matrix<double, 3, kErrorSize>::Zero();
   H.block<3, 3>(0, kGyroBias) = R_BI_;
   Update<3>(H, state.gyro_B - R_BI_ * state.gyro_bias,
-            Matrix3d::Identity() * (Square(imu_.gyro_noise) / dt), true, state);
+            Matrix3d::Identity() * (Square(imu_.gyro_noise) / dt), PoseUpdate::kHold, state);
   if (!state.imu_has_accel || !state.aligned) return;
   const Vector3d up_S = state.T_OS.rotation().conjugate() * kUp;
   H.setZero();
   H.block<3, 3>(0, 3) = Skew(up_S);
   H.block<3, 3>(0, kAccelBias) = R_BI_;
   Update<3>(H, state.accel_B - R_BI_ * state.accel_bias - up_S,
-            Matrix3d::Identity() * (Square(imu_.accel_noise) / dt + Square(0.01)), true, state);
+            Matrix3d::Identity() * (Square(imu_.accel_noise) / dt + Square(0.01)),
+            PoseUpdate::kHold, state);
 }
 
 void DrModel::ApplySpeedPrior(double dt, FilterState& state) const {
@@ -455,7 +473,7 @@ void DrModel::ApplySpeedPrior(double dt, FilterState& state) const {
   Eigen::Matrix<double, 3, kErrorSize> H = Eigen::Matrix<double, 3, kErrorSize>::Zero();
   H.block<3, 3>(0, kVelocity).setIdentity();
   const Vector3d v_B = state.v_OS_S - state.w_OS_S.cross(T_BS_.translation());
-  Update<3>(H, -v_B, variance.asDiagonal(), false, state);
+  Update<3>(H, -v_B, variance.asDiagonal(), PoseUpdate::kCorrect, state);
 }
 
 void DrModel::ApplyWheelBegin(Utime utime, FilterState& state) const {
@@ -517,7 +535,11 @@ void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
   const SE3 T_ab = MotionSinceClone(state);
   const Vector3d angle = LogSO3(T_ab.rotation());
   const double quantisation = sample.has_ticks ? Square(tick_m_ / wheel_.track_width_m) / 3.0 : 0.0;
-  double wheel_variance = WheelYawVariance(way, sample.dyaw_rad) + quantisation + Square(kYawFloor);
+  // Where the filter sees the motion by itself, size of the noise and sensitivity to the scale come
+  // from there. Taken from the noisy sample they would correlate with its noise: readings that are
+  // small by chance would count more, and biases and scales would be pulled to a false value.
+  const double turn = state.yaw_unmeasured ? sample.dyaw_rad : angle.z() / state.yaw_scale;
+  double wheel_variance = WheelYawVariance(way, turn) + quantisation + Square(kYawFloor);
 
   const bool use_heading = state.yaw_unmeasured && sample.has_heading && state.has_heading;
   state.heading_used = use_heading;
@@ -549,12 +571,12 @@ void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
       H[kYawScale] = -sample.dyaw_rad;
     }
     state.P(5, 5) += kUnknownVariance;
-    Update<1>(H, Scalar(WrapAngle(yaw - angle.z())), Scalar(variance), false, state);
+    Update<1>(H, Scalar(WrapAngle(yaw - angle.z())), Scalar(variance), PoseUpdate::kDefine, state);
     state.w_OS_S = Vector3d(0, 0, yaw / dt);
     return;
   }
 
-  H[kYawScale] = -sample.dyaw_rad;
+  H[kYawScale] = -turn;
   const double residual = WrapAngle(wheel_yaw - angle.z());
   const double variance = (H * state.P * H.transpose())(0) + wheel_variance;
   const double forget = std::exp(-dt / kSlipMemory);
@@ -581,7 +603,7 @@ void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
   }
   state.rejecting_yaw = false;
   if (state.slip) wheel_variance *= kSlipVarianceFactor;
-  Update<1>(H, Scalar(residual), Scalar(wheel_variance), false, state);
+  Update<1>(H, Scalar(residual), Scalar(wheel_variance), PoseUpdate::kCorrect, state);
 }
 
 void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
@@ -598,8 +620,12 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
   const Vector3d way = state.wheel_scale * way_measured;
   const double length = way_measured.norm();
 
+  // See UpdateYaw: not from the noisy sample where the filter sees the motion.
+  const Vector3d sensitivity =
+      state.way_unmeasured ? way_measured : Vector3d(way_filter / state.wheel_scale);
+
   const double side = 2 * Square(config_.lateral_sigma_m_s) * kLateralCorrelation * dt;
-  Vector3d variance(WayVariance(length), side, side);
+  Vector3d variance(WayVariance(sensitivity.head<2>().norm()), side, side);
   variance.array() += Square(kWayFloor);
   if (sample.has_ticks) variance.x() += Square(tick_m_) / 12.0;
 
@@ -609,7 +635,7 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
   Eigen::Matrix<double, 3, kErrorSize> H = Eigen::Matrix<double, 3, kErrorSize>::Zero();
   H.block<3, 6>(0, kPose) = J * adj_BS_;
   H.block<3, 6>(0, kClone) = -J * T_ab.inverse().Adjoint() * adj_BS_;
-  H.col(kWheelScale) = -way_measured;
+  H.col(kWheelScale) = -sensitivity;
 
   if (!state.way_unmeasured) {
     const Matrix3d S = H * state.P * H.transpose() + Matrix3d(variance.asDiagonal());
@@ -628,7 +654,7 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
       state.rejecting_way = false;
     }
     if (state.slip) variance *= kSlipVarianceFactor;
-    Update<3>(H, way - way_filter, variance.asDiagonal(), false, state);
+    Update<3>(H, way - way_filter, variance.asDiagonal(), PoseUpdate::kCorrect, state);
     return;
   }
 
@@ -644,7 +670,7 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
     variance.y() *= kSlipVarianceFactor;
   }
   state.P.diagonal().head<3>().array() += kUnknownVariance;
-  Update<3>(H, way - way_filter, variance.asDiagonal(), false, state);
+  Update<3>(H, way - way_filter, variance.asDiagonal(), PoseUpdate::kDefine, state);
   // The velocity is that of the interval.
   state.v_OS_S = v_now + state.w_OS_S.cross(arm);
   const Eigen::Matrix<double, 3, kErrorSize> scale_rows =
@@ -717,6 +743,7 @@ DrState DrModel::Publish(const FilterState& state) const {
     white[3] = white[4] = kUnmeasuredTiltDensity;
   }
   out.cov_twist_white.diagonal() += white;
+  out.cov_twist_white += adj_BS_ * state.correction_rate * adj_BS_.transpose();
   return out;
 }
 

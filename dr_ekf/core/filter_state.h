@@ -52,6 +52,11 @@ struct FilterState {
   // of it correlate the errors of two instants.
   ErrorMatrix transition = ErrorMatrix::Identity();
 
+  // Corrections of the pose (K S K^T of the updates, smoothed over kCorrectionMemory): innovations
+  // are white, so this is the white noise that corrections put into relative motion. In S; m^2/s,
+  // rad^2/s.
+  Matrix6d correction_rate = Matrix6d::Zero();
+
   // Running wheel interval.
   bool has_clone = false;
   Utime clone_utime;

@@ -49,6 +49,12 @@ inline constexpr double kHeadingDrift = 2e-4;            // rad/s, constant over
 // A parked robot: keeps covariances invertible. 2 mm and 0.1 deg per hour.
 inline constexpr double kPoseFloor = 1e-9;  // m^2/s, rad^2/s
 
+// Corrections by updates come in steps; as white noise they are spread over this time.
+inline constexpr double kCorrectionMemory = 0.2;  // s
+// A parked robot that starts: way and turn that pass before stillness is seen to end.
+inline constexpr double kUnnoticedWay = 1e-4;   // m
+inline constexpr double kUnnoticedTurn = 5e-4;  // rad
+
 // Slip. While it lasts the wheels' variance is multiplied, and a share of the way itself is
 // doubted.
 inline constexpr double kSlipVarianceFactor = 25;

@@ -1,0 +1,137 @@
+// Honesty of the covariances: normalised estimation error squared (NEES) of relative motion over
+// many simulated runs. Each run draws its own scales, biases and noise from exactly the priors the
+// filter has; then the NEES of an increment is chi-square distributed, and 95 % of runs lie inside
+// the two-sided 95 % band.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "common/contract/dr_history.h"
+#include "common/core/random.h"
+#include "dr_ekf/core/noise_model.h"
+#include "dr_ekf/test/robot_sim.h"
+
+namespace gw::dr_ekf {
+namespace {
+
+constexpr int kRuns = 120;
+
+struct Mode {
+  const char* name;
+  Calibration (*calibration)();
+  std::vector<int> axes;  // of [translation; rotation] that the simulated robot can move in
+  double low, high;       // 95 % band of chi-square with that many degrees of freedom
+};
+void PrintTo(const Mode& mode, std::ostream* os) {
+  *os << mode.name;
+}
+
+// On the flat floor of the modes without accelerometer only x, y and yaw are random.
+const std::vector<int> kPlanar = {0, 1, 5};
+const std::vector<int> kAll = {0, 1, 2, 3, 4, 5};
+
+double Nees(const Vector6d& error, const Matrix6d& cov, const std::vector<int>& axes) {
+  const auto n = static_cast<Eigen::Index>(axes.size());
+  Eigen::VectorXd e(n);
+  Eigen::MatrixXd P(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    e[i] = error[axes[i]];
+    for (Eigen::Index j = 0; j < n; ++j) P(i, j) = cov(axes[i], axes[j]);
+  }
+  return e.dot(P.ldlt().solve(e));
+}
+
+struct Tally {
+  int inside = 0, below = 0, above = 0;
+  double sum = 0;
+  Vector6d ratio = Vector6d::Zero();  // error^2 / variance per axis
+  int n = 0;
+  void Add(const Vector6d& error, const Matrix6d& cov, const Mode& mode) {
+    const double nees = Nees(error, cov, mode.axes);
+    ++(nees < mode.low ? below : nees > mode.high ? above : inside);
+    sum += nees;
+    ratio += (error.array().square() / cov.diagonal().array()).matrix();
+    ++n;
+  }
+  void Print(const char* what) const {
+    std::printf(
+        "  %-22s inside %3d/%d below %d above %d mean %.2f  per axis %.2f %.2f %.2f %.2f %.2f "
+        "%.2f\n",
+        what, inside, n, below, above, sum / n, ratio[0] / n, ratio[1] / n, ratio[2] / n,
+        ratio[3] / n, ratio[4] / n, ratio[5] / n);
+  }
+};
+
+class DrNees : public testing::TestWithParam<Mode> {};
+INSTANTIATE_TEST_SUITE_P(Modes, DrNees,
+                         testing::Values(Mode{"wheels", WheelsOnly, kPlanar, 0.216, 9.348},
+                                         Mode{"gyro", WheelsAndGyro, kPlanar, 0.216, 9.348},
+                                         Mode{"imu", WheelsAndImu, kAll, 1.237, 14.449}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST_P(DrNees, IncrementsAreHonest) {
+  const Mode& mode = GetParam();
+  DrEkfConfig config;
+  config.history_ms = 60000;
+  Tally short_exact, long_exact, short_published, long_published, absolute;
+  for (int run = 0; run < kRuns; ++run) {
+    CounterRng rng(7, 0, run);
+    SimOptions options;
+    options.seed = 100 + run;
+    options.duration_s = 25;
+    options.parked_s = run % 2 == 0 ? 1.0 : 0.0;
+    options.true_scale = 1 + config.wheel_scale_sigma * rng.Normal();
+    options.true_yaw_scale = 1 + config.wheel_scale_sigma * rng.Normal();
+    for (int i = 0; i < 3; ++i) {
+      options.gyro_bias[i] = kGyroBiasPrior * rng.Normal();
+      options.accel_bias[i] = kAccelBiasPrior * rng.Normal();
+    }
+    const Recording r = Simulate(mode.calibration(), config, options);
+    DrFilter filter = std::move(DrFilter::Create(config, r.calibration)).value();
+    DrHistory history;
+    const std::vector<DrState> states = FeedAll(filter, r.samples);
+    for (const DrState& s : states) history.Push(s);
+
+    const auto check = [&](double length_s, Tally& exact, Tally& published) {
+      // A parked robot is certain of its motion, and right: that would only flatter the count.
+      Utime a, b;
+      SE3 truth;
+      do {
+        a = r.begin + DurationFromSeconds(0.02 * rng.Below(600) + 2);
+        b = a + DurationFromSeconds(length_s);
+        truth = r.TruthAt(a).inverse() * r.TruthAt(b);
+      } while (truth.translation().norm() < 0.05);
+      const Result<DrIncrement> increment = filter.Increment(a, b);
+      ASSERT_TRUE(increment.ok()) << increment.error().message;
+        const Vector6d e = (increment->T_BaBb.inverse() * truth).Log();
+        std::printf(
+            "run %d a %.2f len %.0f yaw err %.5f sig %.5f ratio %.1f slip %d x %.5f sig %.5f\n",
+            run, (a - r.begin).seconds(), length_s, e[5], std::sqrt(increment->cov(5, 5)),
+            e[5] * e[5] / increment->cov(5, 5), increment->slip, e[0],
+            std::sqrt(increment->cov(0, 0)));
+      }
+      exact.Add((increment->T_BaBb.inverse() * truth).Log(), increment->cov, mode);
+      const auto composed = history.Increment(a, b, {0});
+      ASSERT_TRUE(composed);
+      published.Add((composed->T_BaBb.inverse() * truth).Log(), composed->cov, mode);
+    };
+    check(1, short_exact, short_published);
+    check(10, long_exact, long_published);
+    const DrState& last = states.back();
+    const SE3 truth = r.T_GB.front().inverse() * r.TruthAt(last.utime);
+    absolute.Add((last.T_OB.inverse() * truth).Log(), last.cov_T_OB, mode);
+  }
+  std::printf("%s: NEES, %zu degrees of freedom, band %.2f..%.2f\n", mode.name, mode.axes.size(),
+              mode.low, mode.high);
+  short_exact.Print("1 s, exact");
+  long_exact.Print("10 s, exact");
+  short_published.Print("1 s, published W, C");
+  long_published.Print("10 s, published W, C");
+  absolute.Print("T_OB after 25 s");
+  EXPECT_GE(short_exact.inside, 0.9 * kRuns);
+  EXPECT_GE(long_exact.inside, 0.9 * kRuns);
+}
+
+}  // namespace
+}  // namespace gw::dr_ekf

@@ -11,6 +11,9 @@
 namespace gw::frontend {
 
 struct ImageBuffer {
+  // Bytes that may be read (but mean nothing) behind the last row: vector code loads whole blocks.
+  static constexpr size_t kSlack = 64;
+
   int width = 0;
   int height = 0;
   int stride = 0;  // bytes from one row to the next, >= width
@@ -21,7 +24,7 @@ struct ImageBuffer {
     width = new_width;
     height = new_height;
     stride = new_stride;
-    pixels.resize(static_cast<size_t>(stride) * static_cast<size_t>(height));
+    pixels.resize(static_cast<size_t>(stride) * static_cast<size_t>(height) + kSlack);
   }
   const uint8_t* row(int y) const {
     return pixels.data() + static_cast<size_t>(y) * static_cast<size_t>(stride);

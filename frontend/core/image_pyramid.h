@@ -1,28 +1,32 @@
 // Image pyramid: level 0 is the image, each further level is smaller by the scale factor. Pixel
 // centres have integer coordinates on every level; a pixel (x, y) of level l lies at
 // ((x + 0.5) * width_0 / width_l - 0.5, ...) of level 0.
+//
+// Every level is smoothed once: level 0 with two 3x3 binomial filters (sigma 1 px), each further
+// level is the one before, resized and filtered once; that settles at sigma 1.4 px of the level.
+// Corners, orientations and descriptors are all taken from these smoothed levels. Measured against
+// raw levels for the corners and a 7x7 Gaussian of sigma 2 for the descriptors (feature_study on
+// TUM fr1_rpy): 25 % more right matches, and half the memory traffic.
 #pragma once
 
 #include <vector>
 
 #include "frontend/core/image_buffer.h"
+#include "frontend/core/image_filter.h"
 
 namespace gw::frontend {
 
 class ImagePyramid {
  public:
   // Builds no level narrower or lower than `min_size` px, so there may be fewer than `num_levels`
-  // (but always level 0). Preconditions: sizes > 0, num_levels >= 1, scale_factor > 1.
+  // (but always level 0). Preconditions: sizes > 0, num_levels >= 1, 1 < scale_factor <= 2.
   ImagePyramid(int width, int height, int num_levels, double scale_factor, int min_size);
 
-  // Copies level 0 and makes the others. Precondition: `image` is kGray8 and has the size given to
-  // the constructor.
+  // Precondition: `image` is kGray8 and has the size given to the constructor.
   void Build(const ImageView& image);
 
   int num_levels() const { return static_cast<int>(levels_.size()); }
   const ImageBuffer& level(int l) const { return levels_[static_cast<size_t>(l)]; }
-  // Smoothed copy of the level, for descriptors; made by Build().
-  const ImageBuffer& smooth_level(int l) const { return smooth_[static_cast<size_t>(l)]; }
   int stride() const { return levels_[0].stride; }  // the same on all levels
 
   // Size of a pixel of level l in pixels of level 0, per axis (width and height round differently).
@@ -37,7 +41,9 @@ class ImagePyramid {
 
  private:
   std::vector<ImageBuffer> levels_;
-  std::vector<ImageBuffer> smooth_;
+  std::vector<BilinearResizer> resizers_;  // [l]: level l to l + 1
+  BinomialFilter filter_;
+  ImageBuffer scratch_;
 };
 
 }  // namespace gw::frontend

@@ -1,8 +1,8 @@
-// FAST corners of one pyramid level: first with the high contrast threshold, then with the low one
-// in those cells of a grid that got too few.
+// FAST corners of one pyramid level (FAST-9, Rosten and Drummond 2006): those above the high
+// contrast threshold, and in cells of a grid that have too few of them those above the low one.
 #pragma once
 
-#include <memory>
+#include <cstdint>
 #include <vector>
 
 #include "frontend/core/image_buffer.h"
@@ -11,24 +11,30 @@ namespace gw::frontend {
 
 struct Corner {
   int16_t x = 0, y = 0;  // px of the level
-  int16_t score = 0;     // FAST score: the largest threshold at which it still is a corner
+  int16_t score = 0;     // see FastScore
 };
+
+// Contrast of a corner: the largest t such that nine neighbouring pixels of the circle of radius 3
+// are all brighter, or all darker, than the centre by at least t. At most 255, at least 0.
+// Precondition: (x, y) is at least 3 px from every border.
+int FastScore(const ImageBuffer& image, int x, int y);
 
 class OrbDetector {
  public:
-  // Corners keep `border` px away from the image's edge. Preconditions: 4 <= border, low <= high.
+  // Corners keep `border` px away from the image's edge. Preconditions: 4 <= border, 0 < low <=
+  // high < 255.
   OrbDetector(int threshold, int threshold_low, int border);
-  ~OrbDetector();
-  OrbDetector(OrbDetector&&) noexcept;
-  OrbDetector& operator=(OrbDetector&&) noexcept;
 
-  // Local maxima of the score (3x3), in a fixed order. Replaces the content of `corners`.
+  // Corners whose score is above the threshold and not below that of any of the eight neighbours
+  // (of equal ones the first counts), row by row, left to right. Replaces the content of `corners`.
   void Detect(const ImageBuffer& level, std::vector<Corner>* corners);
 
  private:
-  struct Scratch;
+  void ScoreRow(const ImageBuffer& level, int y, uint8_t* scores) const;
+
   int threshold_, threshold_low_, border_;
-  std::unique_ptr<Scratch> scratch_;
+  std::vector<uint8_t> scores_;  // of three rows, in turn
+  std::vector<int> count_;       // strong corners per cell
 };
 
 }  // namespace gw::frontend

@@ -37,12 +37,14 @@ std::vector<int> ShareOut(int total, const std::vector<double>& weights,
 }  // namespace
 
 Result<OrbExtractor> OrbExtractor::Create(const OrbConfig& config, int width, int height) {
-  if (config.fast_threshold_low > config.fast_threshold) {
+  if (config.fast_threshold_low < 1 || config.fast_threshold_low > config.fast_threshold ||
+      config.fast_threshold > 254) {
     return Error{ErrorCode::kBadConfig,
-                 "frontend.orb.fast_threshold_low must not be larger than fast_threshold"};
+                 "frontend.orb: 1 <= fast_threshold_low <= fast_threshold <= 254 does not hold"};
   }
   if (config.num_features < 1 || config.num_features >= LandmarkId::kMaxFeatures ||
-      config.num_levels < 1 || config.num_levels > 32 || !(config.scale_factor > 1.0)) {
+      config.num_levels < 1 || config.num_levels > 32 || !(config.scale_factor > 1.0) ||
+      config.scale_factor > 2.0) {
     return Error{ErrorCode::kBadConfig,
                  "frontend.orb: num_features, num_levels or scale_factor is out of range"};
   }
@@ -82,13 +84,14 @@ void OrbExtractor::Extract(const ImageView& image, const ImageBuffer* valid,
       });
     }
     available[l] = static_cast<int>(corners_[l].size());
-    weights[l] = 1.0 / (scale_x * scale_y);  // the level's area
+    // In proportion to the level's width, not its area: finer levels hold more corners, but weaker
+    // and more often noise.
+    weights[l] = 1.0 / scale_x;
   }
   const std::vector<int> share = ShareOut(config_.num_features, weights, available);
   for (size_t l = 0; l < num_levels; ++l) {
     const int level = static_cast<int>(l);
     const ImageBuffer& pixels = pyramid_.level(level);
-    const ImageBuffer& smooth = pyramid_.smooth_level(level);
     spread_.Select(pixels.width, pixels.height, share[l], &corners_[l], &selected_);
     for (const Corner& c : selected_) {
       OrbKeypoint k;
@@ -100,7 +103,7 @@ void OrbExtractor::Extract(const ImageView& image, const ImageBuffer* valid,
       k.v = (k.y + 0.5f) * pyramid_.scale_y(level) - 0.5f;
       k.angle = IntensityCentroidAngle(pixels, c.x, c.y);
       keypoints->push_back(k);
-      descriptors->push_back(sampler_.Sample(smooth, c.x, c.y, k.angle));
+      descriptors->push_back(sampler_.Sample(pixels, c.x, c.y, k.angle));
     }
   }
 }

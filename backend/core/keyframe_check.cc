@@ -10,13 +10,14 @@ namespace {
 bool IsSane(const Feature& f) {
   const auto in_range = [](float x) { return std::abs(x) <= FeatureGrid::kMaxPixel; };  // not NaN
   if (!in_range(f.u) || !in_range(f.v) || f.level > kMaxLevel) return false;
+  if (!std::isfinite(f.u_right) || !std::isfinite(f.depth) || !std::isfinite(f.angle)) return false;
   return !f.has_depth() || (in_range(f.u_right) && f.depth <= kMaxCoordinate);
 }
 
 }  // namespace
 
 KeyframeFault CheckKeyframe(const Keyframe& keyframe) {
-  if (!keyframe.id.valid() || keyframe.id.value > (int64_t{1} << 48)) return KeyframeFault::kId;
+  if (!keyframe.id.valid() || keyframe.id.value > kMaxKeyframeId) return KeyframeFault::kId;
   const size_t n = keyframe.features.size();
   if (keyframe.descriptors.size() != n || keyframe.landmarks.size() != n ||
       n > static_cast<size_t>(LandmarkId::kMaxFeatures)) {
@@ -25,6 +26,12 @@ KeyframeFault CheckKeyframe(const Keyframe& keyframe) {
   if (!keyframe.T_WC.IsFinite() ||
       keyframe.T_WC.translation().cwiseAbs().maxCoeff() > kMaxCoordinate) {
     return KeyframeFault::kPose;
+  }
+  if (!keyframe.cov_T_WC.allFinite() || !(keyframe.q >= 0 && keyframe.q <= 1)) {
+    return KeyframeFault::kQuality;
+  }
+  for (const LandmarkId id : keyframe.landmarks) {
+    if (id.value < 0 || id.creator().value > kMaxKeyframeId) return KeyframeFault::kLandmark;
   }
   for (const Feature& feature : keyframe.features) {
     if (!IsSane(feature)) return KeyframeFault::kFeature;
@@ -42,6 +49,10 @@ const char* KeyframeFaultText(KeyframeFault fault) {
       return "feature, descriptor and landmark lists differ in length, or are too long";
     case KeyframeFault::kPose:
       return "pose is not finite or too far away";
+    case KeyframeFault::kQuality:
+      return "covariance is not finite, or quality not in [0, 1]";
+    case KeyframeFault::kLandmark:
+      return "a landmark id is out of range";
     case KeyframeFault::kFeature:
       return "a feature's coordinates, depth or level are out of range";
   }

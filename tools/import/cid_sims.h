@@ -3,8 +3,10 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "tools/import/recording.h"
+#include "tools/import/trajectory.h"
 
 namespace gw::importer {
 
@@ -19,6 +21,15 @@ struct CidSimsOptions : ReadOptions {
   std::string mount;                  // "high" or "low": which camera mounting was recorded
   ImuMatrix imu_matrix = ImuMatrix::kAuto;
 };
+
+// Camera, IMU noise and offset, wheel base from the data set's calibration file; T_BI is left for
+// SetImuPose. mount as in CidSimsOptions. Returns T_ItoC as the file has it.
+Result<SE3> ReadCidSimsCalibration(const std::filesystem::path& file, const std::string& mount,
+                                   Recording& recording);
+
+// Sets T_BI from T_ItoC; kAuto needs the samples and the camera's ground truth. Notes the decision.
+void SetImuPose(const SE3& T_ItoC, ImuMatrix choice, const std::vector<StampedPose>& T_GC,
+                Recording& recording);
 
 // Body: the wheel odometer's frame. Ground truth of the camera is moved to the body.
 Result<Recording> ReadCidSims(const std::filesystem::path& source, const CidSimsOptions& options);

@@ -101,7 +101,7 @@ Result<Image> LoadGreyImage(const std::filesystem::path& file) {
   for (int y = 0; y < pixels->rows; ++y) {
     const uint8_t* bgr = pixels->ptr<uint8_t>(y);
     for (int x = 0; x < pixels->cols; ++x, bgr += channels) {
-      *out++ = static_cast<uint8_t>((299 * bgr[2] + 587 * bgr[1] + 114 * bgr[0] + 500) / 1000);
+      *out++ = GreyOf(bgr[2], bgr[1], bgr[0]);
     }
   }
   return image;

@@ -16,6 +16,10 @@ Result<Image> LoadGreyImage(const std::filesystem::path& file);
 // 16-bit, one channel, kept as it is.
 Result<Image> LoadDepthImage(const std::filesystem::path& file);
 
+// The conversion of one pixel.
+constexpr uint8_t GreyOf(int red, int green, int blue) {
+  return static_cast<uint8_t>((299 * red + 587 * green + 114 * blue + 500) / 1000);
+}
 // How the colour conversion is stated in a NOTE.
 inline constexpr const char* kGreyConversion = "grey = round(0.299 R + 0.587 G + 0.114 B)";
 

@@ -14,6 +14,7 @@
 #include "tools/import/euroc.h"
 #include "tools/import/kitti.h"
 #include "tools/import/openloris.h"
+#include "tools/import/rosbag.h"
 #include "tools/import/synthetic_dr.h"
 #include "tools/import/tum.h"
 #include "tools/import/write_log.h"
@@ -30,7 +31,7 @@ struct Arguments {
 };
 
 void AddCommonOptions(CLI::App& app, Arguments& a) {
-  app.add_option("SRC", a.source, "folder of the recording")->required();
+  app.add_option("SRC", a.source, "folder of the recording (rosbag: the file)")->required();
   app.add_option("--out", a.log, "LCM log to write")->required();
   app.add_option("--config-out", a.config, "robot configuration (YAML) to write")->required();
   app.add_flag("--skip-missing", a.skip_missing,
@@ -210,15 +211,29 @@ int Main(int argc, char** argv) {
   AddCommonOptions(*loris, a);
   loris->callback([&] { read = [&] { return ReadOpenLoris(a.source, {a.skip_missing}); }; });
 
-  CLI::App* const rosbag = app.add_subcommand("rosbag", "ROS 1 bag");
+  RosbagOptions bag_options;
+  CLI::App* const rosbag = app.add_subcommand(
+      "rosbag", HasRosbagSupport() ? "ROS 1 bag: RGB-D, IMU, odometry; topics as CID-SIMS has them"
+                                   : "ROS 1 bag (this build has no support for it)");
   AddCommonOptions(*rosbag, a);
-  rosbag->callback([&] {
-    read = []() -> Result<Recording> {
-      return Error{ErrorCode::kInvalidArgument,
-                   "this build has no ROS bag support; convert the bag to the folder format of its "
-                   "data set"};
-    };
-  });
+  rosbag->add_option("--left", bag_options.left, "topic of the images")->capture_default_str();
+  rosbag->add_option("--depth", bag_options.depth, "topic of the aligned depth")
+      ->capture_default_str();
+  rosbag->add_option("--imu", bag_options.imu, "topic of the IMU")->capture_default_str();
+  rosbag->add_option("--odom", bag_options.odometry, "topic of the odometry")
+      ->capture_default_str();
+  rosbag->add_option("--tf", bag_options.transforms, "topic of the transforms")
+      ->capture_default_str();
+  rosbag->add_option("--truth-parent", bag_options.truth_parent, "frame of the ground truth")
+      ->capture_default_str();
+  rosbag->add_option("--truth-child", bag_options.truth_child, "body in the ground truth")
+      ->capture_default_str();
+  rosbag->add_option("--calibration", bag_options.robot_config,
+                     "robot configuration (YAML) whose calibration is the bag's");
+  rosbag->add_option("--cid-sims-calibration", bag_options.cid_sims_calibration,
+                     "instead: calibration file of CID-SIMS");
+  rosbag->add_option("--mount", bag_options.mount, "with it: camera mounting, high or low");
+  rosbag->callback([&] { read = [&] { return ReadRosbag(a.source, bag_options); }; });
 
   try {
     app.parse(argc, argv);

@@ -328,7 +328,7 @@ void DrModel::ApplyImu(const ImuSample& imu, FilterState& state) const {
   UpdateImuStillness(imu, state);
   if (state.imu_has_accel && !state.aligned) Align(imu, state);
   UpdateStationary(imu.utime, state);
-  if (state.slip && state.utime > state.slip_end) state.slip = false;
+  EndSlip(state);
   // Samples of one burst may share a step of microseconds; their noise is that of the rate.
   const double noise_dt = std::clamp(dt, 0.5 / imu_.rate_hz, 2.0 / imu_.rate_hz);
   if (state.leveling) {
@@ -500,6 +500,12 @@ void DrModel::FlagSlip(Utime utime, FilterState& state) const {
   state.slip_end = utime + DurationFromSeconds(kSlipHold);
 }
 
+void DrModel::EndSlip(FilterState& state) const {
+  if (!state.slip || state.utime <= state.slip_end) return;
+  state.slip = false;
+  state.yaw_residual_sum = state.yaw_variance_sum = 0;
+}
+
 void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   state.wheel_drop = sample.contact.wheel_drop;
   if (state.wheel_drop) {
@@ -516,7 +522,7 @@ void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   UpdateWheelStillness(sample, state);
   if (!state.wheel_still && state.stationary) UpdateStationary(sample.utime, state);
   PropagateTo(sample.utime, nullptr, state);
-  if (state.slip && state.utime > state.slip_end) state.slip = false;
+  EndSlip(state);
   state.has_wheel = true;
   state.wheel_utime = sample.utime;
   if (!state.stationary && state.has_clone && state.clone_utime == sample.utime_begin) {
@@ -586,11 +592,18 @@ void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
   const bool refuse = Square(residual) > gate * variance ||
                       Square(state.yaw_residual_sum) > gate * state.yaw_variance_sum;
   if (refuse) {
-    if (!state.rejecting_yaw) state.rejecting_yaw_since = sample.utime_begin;
+    // Enough of the sum to refuse the next sample too, not so much that it outlives the slip.
+    const double most = 1.2 * config_.gate_sigma * std::sqrt(state.yaw_variance_sum);
+    state.yaw_residual_sum = std::clamp(state.yaw_residual_sum, -most, most);
+    if (!state.rejecting_yaw) {
+      state.rejecting_yaw_since = sample.utime_begin;
+      state.rejected_yaw = 0;
+    }
     state.rejecting_yaw = true;
-    const double rate = state.yaw_residual_sum / kSlipMemory;
-    if (sample.utime - state.rejecting_yaw_since > DurationFromSeconds(kMaxRejection) &&
-        std::abs(rate) < kMaxBiasJump) {
+    state.rejected_yaw += residual;
+    const DurationUs rejecting = sample.utime - state.rejecting_yaw_since;
+    const double rate = state.rejected_yaw / rejecting.seconds();
+    if (rejecting > DurationFromSeconds(kMaxRejection) && std::abs(rate) < kMaxBiasJump) {
       ++state.counters.gyro_bias_jumps;
       state.P.diagonal().segment<3>(kGyroBias).array() += Square(kGyroBiasPrior) + Square(rate);
       state.yaw_residual_sum = state.yaw_variance_sum = 0;

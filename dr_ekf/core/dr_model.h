@@ -63,6 +63,7 @@ class DrModel {
   void UpdateYaw(const WheelSample& sample, FilterState& state) const;
   void UpdateWay(const WheelSample& sample, FilterState& state) const;
   void FlagSlip(Utime utime, FilterState& state) const;
+  void EndSlip(FilterState& state) const;
 
   // Motion of B since the clone.
   SE3 MotionSinceClone(const FilterState& state) const;

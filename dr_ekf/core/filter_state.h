@@ -94,10 +94,11 @@ struct FilterState {
   // Slip.
   bool slip = false;
   Utime slip_end;
-  double yaw_residual_sum = 0;
+  double yaw_residual_sum = 0;  // wheels minus gyro, forgotten over kSlipMemory
   double yaw_variance_sum = 0;
   bool rejecting_yaw = false;
   Utime rejecting_yaw_since;
+  double rejected_yaw = 0;  // sum of the residuals since then
   bool rejecting_way = false;
   Utime rejecting_way_since;
 

@@ -38,7 +38,7 @@ struct SimOptions {
   double floor_tilt = 0.005;  // rad, roll and pitch along the way; only with an accelerometer
   bool with_heading = false;
   double wheel_delay_s = 0;  // arrival after measurement
-  std::vector<SlipSpan> slips;
+  std::vector<SlipSpan> slips = {};
 };
 
 using Sample = std::variant<ImuSample, WheelSample>;

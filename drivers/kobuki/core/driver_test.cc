@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "drivers/kobuki/core/driver_rig.h"
+#include "drivers/kobuki/test/driver_rig.h"
 
 namespace gw::kobuki {
 namespace {

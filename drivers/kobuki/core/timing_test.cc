@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "drivers/kobuki/core/driver_rig.h"
+#include "drivers/kobuki/test/driver_rig.h"
 
 namespace gw::kobuki {
 namespace {

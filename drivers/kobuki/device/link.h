@@ -1,0 +1,52 @@
+// When to open and reopen the port, and what to say about it: absent, silent, garbage or talking.
+// A base that is switched off while its cable is in leaves the port in place; the two need
+// different things from people. No I/O, no clock: events and times in, decisions out.
+#pragma once
+
+#include <optional>
+
+#include "common/core/time.h"
+
+namespace gw::kobuki {
+
+enum class LinkState {
+  kAbsent,   // the port cannot be opened
+  kSilent,   // open, but nothing comes: base switched off
+  kGarbage,  // bytes come, but no valid frame: another device, or a broken cable
+  kTalking,
+};
+
+class Link {
+ public:
+  bool open() const { return opened_.has_value(); }
+
+  bool ShouldOpen(Utime now) const;
+  void OpenFailed(Utime now);
+  void Opened(Utime now);
+  void Bytes(Utime now);  // something came
+  void Frame(Utime now);  // a valid frame came
+  // Gone, or given up; to be called after the port was closed.
+  void Closed(Utime now);
+
+  // Open, but no frame for so long that a new try may help: the adapter may hang, or the symlink
+  // may point elsewhere now. Less and less often while it does not help.
+  bool ShouldReopen(Utime now) const;
+
+  LinkState state(Utime now) const;
+  int64_t opens() const { return opens_; }
+
+  static constexpr DurationUs kFirstBackoff{250'000};
+  static constexpr DurationUs kMaxBackoff{5'000'000};
+  static constexpr DurationUs kSilent{500'000};
+  static constexpr DurationUs kGiveUp{2'000'000};
+
+ private:
+  std::optional<Utime> opened_;
+  std::optional<Utime> last_bytes_;
+  std::optional<Utime> last_frame_;
+  std::optional<Utime> retry_;
+  DurationUs backoff_ = kFirstBackoff;
+  int64_t opens_ = 0;
+};
+
+}  // namespace gw::kobuki

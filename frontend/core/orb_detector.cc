@@ -139,6 +139,21 @@ __m128i ScoreBlock(const uint8_t* center, const Offsets& offsets, __m128i thresh
 
 #endif
 
+// Scores of the first `count` <= 16 pixels, zero where not above `threshold`. May write all 16.
+void Scores(const uint8_t* first, const Offsets& offsets, int threshold, int count,
+            uint8_t* scores) {
+#if defined(__SSE4_1__)
+  static_cast<void>(count);  // a block costs the same
+  const __m128i block = ScoreBlock(first, offsets, _mm_set1_epi8(static_cast<char>(threshold)));
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(scores), block);
+#else
+  for (int i = 0; i < count; ++i) {
+    const int score = ScoreOf(first + i, offsets);
+    scores[i] = static_cast<uint8_t>(score > threshold ? score : 0);
+  }
+#endif
+}
+
 // Of 16 scores in a row: bit i is set when score i is not zero, above its neighbours in the row
 // above and to the left, and not below the others.
 int Peaks(const uint8_t* above, const uint8_t* at, const uint8_t* below) {
@@ -171,6 +186,29 @@ int FastScore(const ImageBuffer& image, int x, int y) {
   return ScoreOf(image.row(y) + x, CircleOffsets(image.stride));
 }
 
+CornerOffset RefineCorner(const ImageBuffer& image, int x, int y) {
+  constexpr int kRadius = 2;
+  const Offsets offsets = CircleOffsets(image.stride);
+  int64_t sum = 0;
+  int64_t sum_x = 0;
+  int64_t sum_y = 0;
+  for (int dy = -kRadius; dy <= kRadius; ++dy) {
+    const uint8_t* first = image.row(y + dy) + x - kRadius;
+    std::array<uint8_t, kBlock> scores;
+    Scores(first, offsets, 0, 2 * kRadius + 1, scores.data());
+    for (int dx = -kRadius; dx <= kRadius; ++dx) {
+      const int64_t score = scores[static_cast<size_t>(dx + kRadius)];
+      const int64_t weight = score * score * score;
+      sum += weight;
+      sum_x += weight * dx;
+      sum_y += weight * dy;
+    }
+  }
+  if (sum == 0) return {};
+  return {static_cast<float>(sum_x) / static_cast<float>(sum),
+          static_cast<float>(sum_y) / static_cast<float>(sum)};
+}
+
 OrbDetector::OrbDetector(int threshold, int threshold_low, int border)
     : threshold_(threshold), threshold_low_(threshold_low), border_(border) {
   GW_CHECK(border >= 4 && 0 < threshold_low && threshold_low <= threshold && threshold < 255);
@@ -182,19 +220,9 @@ void OrbDetector::ScoreRow(const ImageBuffer& level, int y, uint8_t* scores) con
   const int begin = border_ - 1;
   const int end = level.width - border_ + 1;
   const uint8_t* row = level.row(y);
-  int x = begin;
-#if defined(__SSE4_1__)
-  const __m128i threshold = _mm_set1_epi8(static_cast<char>(threshold_low_));
-  for (; x < end; x += kBlock) {
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(scores + x),
-                     ScoreBlock(row + x, offsets, threshold));
+  for (int x = begin; x < end; x += kBlock) {
+    Scores(row + x, offsets, threshold_low_, std::min(kBlock, end - x), scores + x);
   }
-#else
-  for (; x < end; ++x) {
-    const int score = ScoreOf(row + x, offsets);
-    scores[x] = static_cast<uint8_t>(score > threshold_low_ ? score : 0);
-  }
-#endif
 }
 
 void OrbDetector::Detect(const ImageBuffer& level, std::vector<Corner>* corners) {

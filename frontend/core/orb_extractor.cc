@@ -97,8 +97,9 @@ void OrbExtractor::Extract(const ImageView& image, const ImageBuffer* valid,
       OrbKeypoint k;
       k.level = static_cast<uint8_t>(l);
       k.score = c.score;
-      k.x = c.x;
-      k.y = c.y;
+      const CornerOffset offset = RefineCorner(pixels, c.x, c.y);
+      k.x = static_cast<float>(c.x) + offset.dx;
+      k.y = static_cast<float>(c.y) + offset.dy;
       k.u = (k.x + 0.5f) * pyramid_.scale_x(level) - 0.5f;
       k.v = (k.y + 0.5f) * pyramid_.scale_y(level) - 0.5f;
       k.angle = IntensityCentroidAngle(pixels, c.x, c.y);

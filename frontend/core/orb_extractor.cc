@@ -6,8 +6,6 @@
 namespace gw::frontend {
 namespace {
 
-constexpr uint64_t kPatternSeed = 1;
-
 // Splits `total` over levels in proportion to `weights`; what a level cannot fill goes to the
 // others. `available`: corners per level.
 std::vector<int> ShareOut(int total, const std::vector<double>& weights,
@@ -58,7 +56,7 @@ OrbExtractor::OrbExtractor(const OrbConfig& config, int width, int height)
     : config_(config),
       pyramid_(width, height, config.num_levels, config.scale_factor, 2 * kBorder + 1),
       detector_(config.fast_threshold, config.fast_threshold_low, kBorder),
-      sampler_(MakeGaussianOrbPattern(kPatternSeed), pyramid_.stride()),
+      sampler_(kOrbPattern, pyramid_.stride()),
       corners_(static_cast<size_t>(pyramid_.num_levels())) {}
 
 void OrbExtractor::Extract(const ImageView& image, const ImageBuffer* valid,

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/core/random.h"
 #include "drivers/kobuki/test/driver_rig.h"
 
 namespace gw::kobuki {
@@ -317,6 +318,83 @@ TEST(KobukiBattery, StateReachesHealthAndLeds) {
   EXPECT_TRUE(rig.driver.battery().from_adapter);
   EXPECT_NEAR(ReadBattery(165, 0).percent, 100, 1e-9);
   EXPECT_NEAR(ReadBattery(132, 0).percent, 5, 1e-9);
+}
+
+// Far more damage than any cable does; every frame that comes through is still a possible one.
+TEST(KobukiDriver, HostileStreamNeverBecomesImpossibleMotion) {
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    CounterRng rng(seed, 3, 0);
+    EmulatorConfig robot;
+    robot.seed = seed;
+    robot.drop_byte = rng.Uniform(0, 0.01);
+    robot.flip_bit = rng.Uniform(0, 0.02);
+    robot.garbage_burst = rng.Uniform(0, 0.5);
+    robot.duplicate_timestamp = rng.Uniform(0, 0.2);
+    robot.unknown_sub_payload = rng.Uniform(0, 0.5);
+    robot.stall_rate_hz = rng.Uniform(0, 5);
+    robot.latency_timer = Milliseconds(16);
+    DriverRig rig(robot);
+    for (int i = 0; i < 10; ++i) {
+      rig.Run(rng.Uniform(0.2, 6), Twist{rng.Uniform(-0.6, 0.6), rng.Uniform(-1, 1)});
+      if (rng.Below(4) == 0) rig.emulator.Reboot();
+      rig.emulator.SetSilent(rng.Below(5) == 0);
+    }
+    rig.emulator.SetSilent(false);
+    rig.Run(5);
+    ASSERT_GT(rig.wheel.size(), 100u) << seed;
+    for (size_t i = 0; i < rig.wheel.size(); ++i) {
+      const WheelSample& s = rig.wheel[i];
+      ASSERT_EQ(s.seq, static_cast<int64_t>(i) + 1);
+      ASSERT_GT(s.utime, s.utime_begin);
+      if (i > 0) {
+        ASSERT_GE(s.utime_begin, rig.wheel[i - 1].utime);
+      }
+      // The limit on ticks: 1.07 m/s, and for each interval the ticks of 20 ms more.
+      const double most = 1.1 * (s.utime - s.utime_begin).seconds() + 0.03;
+      ASSERT_LT(std::hypot(s.dx_m, s.dy_m), most) << "seed " << seed << " sample " << i;
+    }
+    for (size_t i = 1; i < rig.imu.size(); ++i) {
+      ASSERT_GT(rig.imu[i].utime, rig.imu[i - 1].utime);
+      ASSERT_TRUE(rig.imu[i].w_I_rad_s.allFinite());
+    }
+  }
+}
+
+TEST(KobukiDriver, RandomBytesAndTimesHarmNothing) {
+  Driver driver{KobukiConfig{}, WheelCalibration{}};
+  driver.PortOpened(Utime{0});
+  Utime now{0};
+  int64_t samples = 0;
+  for (uint64_t i = 0; i < 40'000; ++i) {
+    CounterRng rng(4, 1, i);
+    // Valid frames of nonsense, so that what is behind the checksum is reached.
+    BasicData basic{
+        .timestamp_ms = static_cast<uint16_t>(i * 20 + rng.Below(3)),
+        .bumper = static_cast<uint8_t>(rng.Below(256)),
+        .left_encoder = static_cast<uint16_t>(rng.Below(rng.Below(3) == 0 ? 65536 : 99)),
+        .charger = static_cast<uint8_t>(rng.Below(256)),
+        .battery_dv = static_cast<uint8_t>(rng.Below(256))};
+    if (rng.Below(50) == 0) basic.timestamp_ms = static_cast<uint16_t>(rng.Below(65536));
+    Feedback feedback;
+    feedback.basic = basic;
+    feedback.inertial = Inertial{static_cast<int16_t>(rng.Below(65536)), 0};
+    feedback.raw_gyro = RawGyro{static_cast<uint8_t>(rng.Below(256)), {{32767, -32768, 1}}};
+    if (rng.Below(9) == 0) {
+      feedback.firmware = Version{static_cast<int>(rng.Below(256)), 0, 255};
+      feedback.hardware = Version{255, 255, 255};
+    }
+    auto bytes = EncodeFrame(EncodeFeedback(feedback));
+    if (rng.Below(3) == 0) bytes[rng.Below(static_cast<uint32_t>(bytes.size()))] ^= 0x10;
+    now = now +
+          DurationUs{static_cast<int64_t>(rng.Below(rng.Below(100) == 0 ? 90'000'000 : 40'000))};
+    const auto out = driver.Receive(bytes, now);
+    samples += static_cast<int64_t>(out.wheel.size() + out.imu.size());
+    driver.Command({now, 1, rng.Uniform(-1e9, 1e9), rng.Uniform(-1e9, 1e9)}, now);
+    driver.Tick(now);
+    driver.GetCondition(now);
+    driver.Counters();
+  }
+  EXPECT_GT(samples, 100);
 }
 
 TEST(KobukiDriver, CountersAreSortedByName) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -178,11 +179,17 @@ std::string Slurp(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-Outcome RunCheck(const std::string& device) {
+// A robot whose base is at this port.
+std::string WriteConfig(const std::string& device) {
   std::string text = Slurp(std::string(GW_SOURCE_DIR) + "/config/robots/turtlebot2_d435i.yaml");
   text += "\ndrivers:\n  kobuki:\n    device: " + device + "\n";
-  const std::string config = TempPath("robot.yaml");
-  std::ofstream(config) << text;
+  const std::string path = TempPath("robot.yaml");
+  std::ofstream(path) << text;
+  return path;
+}
+
+Outcome RunCheck(const std::string& device) {
+  const std::string config = WriteConfig(device);
   const std::string out = TempPath("out");
   const std::string err = TempPath("err");
   const std::string command = std::string(GW_BINARY_DIR) + "/gw-kobuki --check --config " + config +
@@ -224,6 +231,94 @@ TEST(KobukiProgram, CheckSaysWhatIsWrong) {
 
   outcome = RunCheck("[1, 2]");
   EXPECT_EQ(outcome.exit_code, 78);
+}
+
+// The program over real multicast, on a port of its own.
+class LiveProgramTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    url_ = "udpm://239.255.76.69:" + std::to_string(20000 + ::getpid() % 20000) + "?ttl=0";
+    auto bus = process::LiveBus::Create(url_);
+    if (!bus) GTEST_SKIP() << "no multicast on this host";
+    bus_ = std::move(*bus);
+    const auto subscribed = bus_->Subscribe(wire::kWheel, [this](auto message, Utime) {
+      const auto sample = wire::Decode<WheelSample>(message);
+      ASSERT_TRUE(sample);
+      wheel_.push_back(*sample);
+    });
+    if (!subscribed) {
+      bus_.reset();
+      GTEST_SKIP() << "multicast does not come back on this host";
+    }
+    link_ = TempPath("port");
+    config_path_ = WriteConfig(link_);
+    auto base = PtyBase::Create({}, link_);
+    ASSERT_TRUE(base);
+    base_ = std::move(*base);
+  }
+  void TearDown() override {
+    if (child_ > 0) Stop(SIGKILL);
+    std::remove(config_path_.c_str());
+  }
+
+  void Start() {
+    const std::string program = std::string(GW_BINARY_DIR) + "/gw-kobuki";
+    child_ = ::fork();
+    if (child_ == 0) {
+      ::execl(program.c_str(), program.c_str(), "--config", config_path_.c_str(), "--lcm-url",
+              url_.c_str(), nullptr);
+      ::_exit(127);
+    }
+    ASSERT_GT(child_, 0);
+  }
+  int Stop(int signal) {
+    int status = 0;
+    ::kill(child_, signal);
+    ::waitpid(child_, &status, 0);
+    child_ = 0;
+    return status;
+  }
+  // Commands all the while.
+  void DriveUntil(const std::function<bool()>& done) {
+    while (!done()) {
+      ASSERT_TRUE(bus_->Publish(wire::kBaseCommand,
+                                wire::Encode(BaseCommand{clock_.Now(), ++seq_, 0.3, 0})));
+      ASSERT_TRUE(bus_->Pump(20));
+    }
+  }
+  double RobotSpeed() {
+    double v = 0;
+    base_->With([&](Emulator& robot) { v = robot.commanded().v_m_s; });
+    return v;
+  }
+
+  process::Clock clock_;
+  std::string url_, link_, config_path_;
+  std::unique_ptr<process::LiveBus> bus_;
+  std::unique_ptr<PtyBase> base_;
+  std::vector<WheelSample> wheel_;
+  pid_t child_ = 0;
+  int64_t seq_ = 0;
+};
+
+TEST_F(LiveProgramTest, ObeysAndStopsTheBaseWhenItIsTold) {
+  Start();
+  DriveUntil([&] { return RobotSpeed() > 0.2 && wheel_.size() > 10; });
+  const int status = Stop(SIGTERM);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  while (RobotSpeed() != 0) ::poll(nullptr, 0, 1);
+}
+
+TEST_F(LiveProgramTest, RestartAfterSigkillStopsTheBaseAndGoesOn) {
+  Start();
+  DriveUntil([&] { return RobotSpeed() > 0.2 && wheel_.size() > 10; });
+  Stop(SIGKILL);
+  EXPECT_GT(RobotSpeed(), 0.1);  // the firmware has no time-out that we know of
+  Start();
+  while (RobotSpeed() != 0) ::poll(nullptr, 0, 1);
+  wheel_.clear();
+  DriveUntil([&] { return RobotSpeed() > 0.2 && wheel_.size() > 10; });
 }
 
 }  // namespace

@@ -16,6 +16,8 @@ const char* Name(LinkState state) {
   switch (state) {
     case LinkState::kAbsent:
       return "absent";
+    case LinkState::kConnecting:
+      return "connecting";
     case LinkState::kSilent:
       return "silent";
     case LinkState::kGarbage:
@@ -112,7 +114,7 @@ void KobukiNode::Tick() {
     logged_state_ = state;
     if (state == LinkState::kTalking) {
       log_.Write(now, Severity::kInfo, "kobuki.talking", {{"port", port_path_}});
-    } else {
+    } else if (state == LinkState::kSilent || state == LinkState::kGarbage) {
       log_.Write(now, Severity::kWarning, std::string("kobuki.") + Name(state),
                  {{"action", LinkMessage()}});
     }
@@ -124,6 +126,8 @@ std::string KobukiNode::LinkMessage() const {
   switch (link_state()) {
     case LinkState::kAbsent:
       return open_error_.empty() ? "the port is not open yet" : open_error_;
+    case LinkState::kConnecting:
+      return port_path_ + ": waiting for the base";
     case LinkState::kSilent:
       return port_path_ + ": the port is there but the base is silent: switch the base on";
     case LinkState::kGarbage:
@@ -153,6 +157,9 @@ void KobukiNode::UpdateHealth() {
     case LinkState::kAbsent:
     case LinkState::kGarbage:
       health_.SetState(HealthState::kFailed, LinkMessage());
+      break;
+    case LinkState::kConnecting:
+      health_.SetState(HealthState::kStarting, LinkMessage());
       break;
     case LinkState::kSilent:
       health_.SetState(HealthState::kDegraded, LinkMessage());

@@ -43,6 +43,7 @@ bool Link::ShouldReopen(Utime now) const {
 LinkState Link::state(Utime now) const {
   if (!open()) return LinkState::kAbsent;
   if (last_frame_ && now - *last_frame_ <= kSilent) return LinkState::kTalking;
+  if (!last_frame_ && now - *opened_ <= kSilent) return LinkState::kConnecting;
   if (last_bytes_ && now - *last_bytes_ <= kSilent) return LinkState::kGarbage;
   return LinkState::kSilent;
 }

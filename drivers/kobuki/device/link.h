@@ -10,9 +10,10 @@
 namespace gw::kobuki {
 
 enum class LinkState {
-  kAbsent,   // the port cannot be opened
-  kSilent,   // open, but nothing comes: base switched off
-  kGarbage,  // bytes come, but no valid frame: another device, or a broken cable
+  kAbsent,      // the port cannot be opened
+  kConnecting,  // just opened; the first frame may be on its way
+  kSilent,      // open, but nothing comes: base switched off
+  kGarbage,     // bytes come, but no valid frame: another device, or a broken cable
   kTalking,
 };
 

@@ -40,13 +40,14 @@ TEST(KobukiLink, ComesBackSoonAfterUnpluggingOfABaseThatTalked) {
 TEST(KobukiLink, SilentGarbageAndTalkingAreToldApart) {
   Link link;
   link.Opened(Ms(0));
-  EXPECT_EQ(link.state(Ms(100)), LinkState::kSilent);
-  link.Bytes(Ms(200));
-  EXPECT_EQ(link.state(Ms(300)), LinkState::kGarbage);
-  link.Bytes(Ms(400));
-  link.Frame(Ms(400));
-  EXPECT_EQ(link.state(Ms(800)), LinkState::kTalking);
-  EXPECT_EQ(link.state(Ms(1000)), LinkState::kSilent);
+  EXPECT_EQ(link.state(Ms(100)), LinkState::kConnecting);
+  EXPECT_EQ(link.state(Ms(600)), LinkState::kSilent);
+  link.Bytes(Ms(700));
+  EXPECT_EQ(link.state(Ms(800)), LinkState::kGarbage);
+  link.Bytes(Ms(900));
+  link.Frame(Ms(900));
+  EXPECT_EQ(link.state(Ms(1300)), LinkState::kTalking);
+  EXPECT_EQ(link.state(Ms(1500)), LinkState::kSilent);
 }
 
 TEST(KobukiLink, SilentPortIsReopenedNowAndThen) {

@@ -11,9 +11,8 @@ constexpr int kRounds = 4;
 constexpr int kIterations = 10;
 constexpr double kMinDepth = 1e-2;  // m; nearer points have no usable Jacobian
 
-double Chi2Limit(int rows) {
-  return rows == 3 ? kChi2Stereo : kChi2Mono;
-}
+// What the last round made of an observation.
+enum Use : uint8_t { kNotUsed = 0, kPixelOnly = 1, kPixelAndDepth = 2 };
 
 struct NormalEquations {
   Matrix6d H = Matrix6d::Zero();
@@ -21,37 +20,45 @@ struct NormalEquations {
   double cost = 0;
 };
 
-// Accumulates the observations marked as inliers. `robust`: Huber weights, else plain squares.
+template <typename JacobianRows, typename ResidualRows>
+void AddRows(const JacobianRows& J, const ResidualRows& e, double w, double limit, bool robust,
+             NormalEquations* out) {
+  const double chi2 = w * e.squaredNorm();
+  double weight = w;
+  if (robust && chi2 > limit) {
+    weight *= std::sqrt(limit / chi2);
+    out->cost += 2.0 * std::sqrt(limit * chi2) - limit;
+  } else {
+    out->cost += chi2;
+  }
+  for (int r = 0; r < J.rows(); ++r) {
+    const Vector6d j = J.row(r).transpose();
+    out->H.template selfadjointView<Eigen::Lower>().rankUpdate(j, weight);
+    out->g += (weight * e[r]) * j;
+  }
+}
+
+// Accumulates the observations in use. `robust`: Huber weights, else plain squares.
 NormalEquations Linearize(const RectifiedCamera& camera, const SE3& T_WC,
                           const std::vector<PoseObservation>& observations,
-                          const std::vector<uint8_t>& inlier, bool robust) {
+                          const std::vector<uint8_t>& use, bool robust) {
   NormalEquations out;
   const SE3 T_CW = T_WC.inverse();
   Eigen::Vector3d e;
   Eigen::Matrix<double, 3, 6> J;
   for (size_t i = 0; i < observations.size(); ++i) {
-    if (!inlier[i]) continue;
+    if (use[i] == kNotUsed) continue;
     const int rows = ReprojectionResidual(camera, T_CW, observations[i], &e, &J);
     if (rows == 0) {
-      out.cost += Chi2Limit(3);
+      out.cost += kChi2Stereo;
       continue;
     }
     const double w = observations[i].inverse_sigma2;
-    double chi2 = 0;
-    for (int r = 0; r < rows; ++r) chi2 += e[r] * e[r];
-    chi2 *= w;
-    double weight = w;
-    const double limit = Chi2Limit(rows);
-    if (robust && chi2 > limit) {
-      weight *= std::sqrt(limit / chi2);
-      out.cost += 2.0 * std::sqrt(limit * chi2) - limit;
-    } else {
-      out.cost += chi2;
-    }
-    for (int r = 0; r < rows; ++r) {
-      const Vector6d j = J.row(r).transpose();
-      out.H.selfadjointView<Eigen::Lower>().rankUpdate(j, weight);
-      out.g += (weight * e[r]) * j;
+    // Pixel and depth fail for different reasons (a wrong match; a depth edge), so each has its
+    // loss.
+    AddRows(J.topRows<2>(), e.head<2>(), w, kChi2Mono, robust, &out);
+    if (rows == 3 && use[i] == kPixelAndDepth) {
+      AddRows(J.bottomRows<1>(), e.tail<1>(), w, kChi2Depth, robust, &out);
     }
   }
   out.H = out.H.selfadjointView<Eigen::Lower>();
@@ -111,6 +118,7 @@ PoseEstimate OptimizePose(const RectifiedCamera& camera, const SE3& T_WC_start,
   PoseEstimate out;
   out.T_WC = observations.empty() && prior ? prior->T_WC : T_WC_start;
   out.inlier.assign(observations.size(), 1);
+  std::vector<uint8_t> use(observations.size(), kPixelAndDepth);
   out.num_inliers = static_cast<int>(observations.size());
   if (prior) out.prior_information = prior->information;
   if (observations.empty()) return out;
@@ -119,7 +127,7 @@ PoseEstimate OptimizePose(const RectifiedCamera& camera, const SE3& T_WC_start,
   for (int round = 0; round < kRounds; ++round) {
     const bool robust = round < 2;
     const auto linearize = [&](const SE3& T_WC) {
-      NormalEquations e = Linearize(camera, T_WC, observations, out.inlier, robust);
+      NormalEquations e = Linearize(camera, T_WC, observations, use, robust);
       if (prior) AddPrior(*prior, T_WC, &e);
       return e;
     };
@@ -155,16 +163,18 @@ PoseEstimate OptimizePose(const RectifiedCamera& camera, const SE3& T_WC_start,
     Eigen::Matrix<double, 3, 6> J;
     for (size_t i = 0; i < observations.size(); ++i) {
       const int rows = ReprojectionResidual(camera, T_CW, observations[i], &e, &J);
-      double chi2 = 0;
-      for (int r = 0; r < rows; ++r) chi2 += e[r] * e[r];
-      chi2 *= observations[i].inverse_sigma2;
-      const uint8_t inlier = rows > 0 && chi2 <= Chi2Limit(rows);
-      changed += inlier != out.inlier[i];
-      out.inlier[i] = inlier;
-      if (inlier) {
+      const double w = observations[i].inverse_sigma2;
+      const double pixel = w * e.head<2>().squaredNorm();
+      const double depth = rows == 3 ? w * e[2] * e[2] : 0;
+      uint8_t now = kNotUsed;
+      if (rows > 0 && pixel <= kChi2Mono) now = depth <= kChi2Depth ? kPixelAndDepth : kPixelOnly;
+      changed += now != use[i];
+      use[i] = now;
+      out.inlier[i] = now != kNotUsed;
+      if (now != kNotUsed) {
         ++num_inliers;
-        chi2_sum += chi2;
-        rows_sum += rows;
+        chi2_sum += pixel;
+        rows_sum += 2;
       }
     }
     out.num_inliers = num_inliers;
@@ -172,7 +182,7 @@ PoseEstimate OptimizePose(const RectifiedCamera& camera, const SE3& T_WC_start,
     if (num_inliers == 0 && !prior) break;
     if (round >= 2 && changed == 0) break;
   }
-  out.vision_information = Linearize(camera, out.T_WC, observations, out.inlier, false).H;
+  out.vision_information = Linearize(camera, out.T_WC, observations, use, false).H;
   return out;
 }
 

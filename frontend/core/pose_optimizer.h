@@ -38,7 +38,8 @@ struct PoseEstimate {
   double mean_chi2 = 0;  // of the inliers, per degree of freedom; about 1 when sigmas are honest
 };
 
-// 95 % quantiles of chi-square with 2 and 3 degrees of freedom.
+// 95 % quantiles of chi-square with 1, 2 and 3 degrees of freedom.
+inline constexpr double kChi2Depth = 3.841;
 inline constexpr double kChi2Mono = 5.991;
 inline constexpr double kChi2Stereo = 7.815;
 

@@ -20,10 +20,10 @@ namespace {
 
 constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
 constexpr int kFewMatches = 20;           // first stage: below this the window is doubled once
-constexpr int kLocalKeyframes = 15;
+constexpr int kLocalKeyframes = 40;
 constexpr int kRecoveryKeyframes = 8;
 constexpr int kRelocalizedInliers = 30;     // a pose found without a prediction needs more support
-constexpr float kSecondStageRadius = 4.0F;  // px at level 0: the pose is known by then
+constexpr float kSecondStageRadius = 6.0F;  // px at level 0: the pose is known by then
 constexpr float kMaxRadius = 80.0F;         // px
 constexpr DurationUs kMaxDrExtrapolation = Milliseconds(60);
 constexpr DurationUs kMaxCoasting = Milliseconds(500);  // constant velocity is believed this long

@@ -20,7 +20,8 @@ Result<std::vector<ListedImage>> ReadImageList(const std::filesystem::path& sour
                                                const std::string& name,
                                                std::vector<std::string>& warnings);
 
-// Grey and depth images whose times differ by less than 20 ms, nearest first, each once. Error:
+// Grey and depth images whose times differ by less than 20 ms, each grey image with the
+// nearest depth image. Error:
 // kBadData when there is no pair.
 Result<std::vector<FrameFiles>> PairWithDepth(const std::vector<ListedImage>& grey,
                                               const std::vector<ListedImage>& depth,

@@ -1,0 +1,148 @@
+#include "backend/process/backend_node.h"
+
+#include <utility>
+
+#include "common/camera/camera_model.h"
+#include "lcmtypes/wire/channels.h"
+
+namespace gw::backend {
+namespace {
+
+constexpr DurationUs kJournalRetry = Milliseconds(5000);
+
+}  // namespace
+
+Result<std::unique_ptr<process::Node>> BackendNode::Create(const RobotConfig& config,
+                                                           const std::string& map_directory) {
+  const auto geometry = MakeCameraGeometry(config.calibration);
+  if (!geometry) return geometry.error();
+  std::optional<Journal> journal;
+  LoadedMap loaded;
+  if (!map_directory.empty()) {
+    const JournalOptions options{.sync_interval = Milliseconds(config.backend.journal_sync_ms)};
+    auto opened = Journal::Open(map_directory, options, loaded);
+    if (!opened) return opened.error();
+    journal = std::move(*opened);
+  }
+  auto mapper =
+      Mapper::Create(config.backend, config.frontend, geometry->rectified, std::move(loaded.map));
+  if (!mapper) return mapper.error();
+  return std::unique_ptr<process::Node>(new BackendNode(
+      std::move(*mapper), std::move(journal), std::move(loaded.pending), std::move(loaded.damage)));
+}
+
+Result<Done> BackendNode::Start(process::Shell& shell) {
+  const int64_t session = shell.Now().us;
+  keyframes_.emplace(session);
+  updates_.emplace(session);
+  if (!load_report_.empty()) {
+    shell.log().Write(shell.Now(), process::Severity::kWarning, "map.damaged",
+                      {{"what", load_report_}, {"action", "gw-map check shows what was lost"}});
+  }
+  for (const Keyframe& keyframe : std::exchange(pending_, {})) Insert(keyframe, true, shell);
+  shell.loop().Watch(solver_.fd());
+
+  Result<Done> ok = shell.ListenRaw(
+      wire::kKeyframe, [this, &shell](auto bytes, Utime) { TakeKeyframes(bytes, shell); });
+  if (!ok) return ok;
+  ok = shell.Listen<wire::Ack>(wire::kMapUpdateAck,
+                               [this](const wire::Ack& ack, Utime) { updates_->HandleAck(ack); });
+  if (!ok) return ok;
+  return shell.Listen<MapRequest>(wire::kMapRequest, [this](const MapRequest& request, Utime) {
+    const auto guess = request.has_guess ? std::optional(request.T_WC_guess) : std::nullopt;
+    updates_->Push(wire::Encode(mapper_.Snapshot(guess)));
+  });
+}
+
+void BackendNode::TakeKeyframes(std::span<const uint8_t> message, process::Shell& shell) {
+  for (const wire::Bytes& bytes : keyframes_->Accept(message)) {
+    const auto keyframe = wire::Decode<Keyframe>(bytes);
+    if (keyframe) {
+      Insert(*keyframe, false, shell);
+    } else {
+      shell.CountUndecodable(wire::kKeyframe, keyframe.error());
+    }
+  }
+  if (const auto ack = keyframes_->MakeAck(shell.Now())) {
+    shell.Publish(wire::kKeyframeAck, wire::Encode(*ack));
+  }
+}
+
+void BackendNode::Insert(const Keyframe& keyframe, bool journalled, process::Shell& shell) {
+  const Utime begin = shell.Now();
+  const InsertResult result = mapper_.Insert(keyframe);
+  switch (result.status) {
+    case InsertResult::Status::kDuplicate:
+      shell.health().Count("KEYFRAME.duplicate");
+      return;
+    case InsertResult::Status::kRejected:
+      shell.health().Count("KEYFRAME.rejected");
+      shell.log().Write(
+          shell.Now(), process::Severity::kWarning, "keyframe.rejected",
+          {{"why", result.reason}, {"action", "check that all processes use one robot YAML"}});
+      return;
+    case InsertResult::Status::kInserted:
+      break;
+  }
+  if (!journalled) Journalize(keyframe, shell);
+  Publish(*result.update, shell);
+  dirty_ = true;
+  shell.health().AddLatency(shell.Now() - begin);
+}
+
+void BackendNode::Publish(const MapUpdate& update, process::Shell& shell) {
+  Journalize(update, shell);
+  updates_->Push(wire::Encode(update));
+}
+
+template <typename Record>
+void BackendNode::Journalize(const Record& record, process::Shell& shell) {
+  if (!journal_ || journal_->failed()) return;
+  const auto appended = journal_->Append(record, shell.Now());
+  if (appended) return;
+  shell.health().Count("journal.failed");
+  shell.log().Write(
+      shell.Now(), process::Severity::kError, "journal.failed",
+      {{"what", appended.error().message},
+       {"action", "free space; mapping goes on, the map on disk is the last complete one"}});
+}
+
+void BackendNode::CareForJournal(process::Shell& shell) {
+  if (!journal_) return;
+  const Utime now = shell.Now();
+  if (const auto synced = journal_->SyncIfDue(now); !synced) shell.health().Count("journal.failed");
+  if (!journal_->CheckpointDue()) return;
+  if (last_journal_try_ && now - *last_journal_try_ < kJournalRetry) return;
+  last_journal_try_ = now;
+  if (const auto written = journal_->Checkpoint(mapper_.map()); !written) {
+    shell.log().Write(
+        now, process::Severity::kError, "journal.checkpoint_failed",
+        {{"what", written.error().message}, {"action", "free space or check the disk"}});
+  }
+}
+
+bool BackendNode::Step(process::Shell& shell) {
+  if (const auto result = solver_.Take()) {
+    if (const auto update = mapper_.Apply(*result)) Publish(*update, shell);
+  }
+  if (dirty_ && !solver_.busy()) {
+    dirty_ = false;
+    if (auto job = mapper_.BuildJob()) solver_.Start(std::move(*job));
+  }
+  for (const wire::Bytes* message : updates_->Due(shell.Now())) {
+    shell.Publish(wire::kMapUpdate, *message);
+  }
+  CareForJournal(shell);
+  if (journal_ && journal_->failed()) {
+    shell.health().SetState(HealthState::kDegraded, journal_->failure());
+  } else {
+    shell.health().SetState(HealthState::kOk);
+  }
+  return true;
+}
+
+void BackendNode::Stop(process::Shell& shell) {
+  CareForJournal(shell);  // the journal's destructor syncs the rest
+}
+
+}  // namespace gw::backend

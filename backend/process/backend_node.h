@@ -1,0 +1,56 @@
+// gw-backend as a node: KEYFRAME in, MAP_UPDATE out, the map in a journal on disk.
+//
+// A keyframe is acknowledged once it is in the journal. When the journal fails (full disk), mapping
+// goes on without it, HEALTH says so, and a checkpoint is tried again every kJournalRetry.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "backend/core/mapper.h"
+#include "backend/journal/journal.h"
+#include "backend/process/solver_thread.h"
+#include "common/config/robot_config.h"
+#include "common/process/reliable.h"
+#include "common/process/shell.h"
+
+namespace gw::backend {
+
+class BackendNode : public process::Node {
+ public:
+  // map_directory: empty for a map that dies with the process.
+  static Result<std::unique_ptr<process::Node>> Create(const RobotConfig& config,
+                                                       const std::string& map_directory);
+
+  Result<Done> Start(process::Shell& shell) override;
+  bool Step(process::Shell& shell) override;
+  void Stop(process::Shell& shell) override;
+
+ private:
+  BackendNode(Mapper mapper, std::optional<Journal> journal, std::vector<Keyframe> pending,
+              std::string load_report)
+      : mapper_(std::move(mapper)),
+        journal_(std::move(journal)),
+        pending_(std::move(pending)),
+        load_report_(std::move(load_report)) {}
+
+  void TakeKeyframes(std::span<const uint8_t> message, process::Shell& shell);
+  void Insert(const Keyframe& keyframe, bool journalled, process::Shell& shell);
+  void Publish(const MapUpdate& update, process::Shell& shell);
+  template <typename Record>
+  void Journalize(const Record& record, process::Shell& shell);
+  void CareForJournal(process::Shell& shell);
+
+  Mapper mapper_;
+  std::optional<Journal> journal_;
+  std::vector<Keyframe> pending_;  // of the journal: taken in when the process died
+  std::string load_report_;
+  SolverThread solver_;
+  bool dirty_ = false;  // keyframes came since the last job was cut
+  std::optional<process::ReliableReceiver> keyframes_;
+  std::optional<process::ReliableSender> updates_;
+  std::optional<Utime> last_journal_try_;
+};
+
+}  // namespace gw::backend

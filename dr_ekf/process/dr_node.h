@@ -1,0 +1,34 @@
+// gw-dr-ekf as a node: IMU, WHEEL and FRAME_POSE in, DR and POSE out. With source: recorded, DR
+// comes from the bus (a replayed log) and only POSE is made.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "common/config/robot_config.h"
+#include "common/process/shell.h"
+#include "dr_ekf/core/dr_filter.h"
+#include "dr_ekf/core/pose_composer.h"
+
+namespace gw::dr_ekf {
+
+class DrNode : public process::Node {
+ public:
+  static Result<std::unique_ptr<process::Node>> Create(const RobotConfig& config);
+
+  Result<Done> Start(process::Shell& shell) override;
+  bool Step(process::Shell& shell) override;
+
+ private:
+  explicit DrNode(std::optional<DrFilter> filter) : filter_(std::move(filter)) {}
+
+  void Take(const DrFilter::Output& output, process::Shell& shell);
+  void PublishPose(const DrState& state, process::Shell& shell);
+
+  std::optional<DrFilter> filter_;  // empty: DR is recorded
+  PoseComposer composer_;
+  DrCounters counters_;  // of the last output, to report what was added
+  std::optional<Utime> last_state_;
+};
+
+}  // namespace gw::dr_ekf

@@ -1,0 +1,125 @@
+#include "frontend/process/frontend_node.h"
+
+#include <utility>
+
+#include "common/camera/camera_model.h"
+#include "lcmtypes/wire/channels.h"
+
+namespace gw::frontend {
+namespace {
+
+constexpr DurationUs kRequestInterval = Milliseconds(300);
+constexpr DurationUs kSilence = Milliseconds(500);  // camera called silent
+
+}  // namespace
+
+Result<std::unique_ptr<process::Node>> FrontendNode::Create(const RobotConfig& config) {
+  const auto geometry = MakeCameraGeometry(config.calibration);
+  if (!geometry) return geometry.error();
+  auto tracker = Tracker::Create(config.frontend, *geometry);
+  if (!tracker) return tracker.error();
+  return std::unique_ptr<process::Node>(new FrontendNode(std::move(*tracker)));
+}
+
+Result<Done> FrontendNode::Start(process::Shell& shell) {
+  session_ = shell.Now().us;
+  keyframes_.emplace(session_);
+  updates_.emplace(session_);
+  Result<Done> ok = shell.ListenRaw(wire::kCamera, [this, &shell](auto bytes, Utime received) {
+    auto camera = wire::DecodeCamera({bytes.begin(), bytes.end()});
+    if (!camera) {
+      shell.CountUndecodable(wire::kCamera, camera.error());
+      return;
+    }
+    images_.push_back({std::move(*camera), received});
+    shell.health().NoteQueue(static_cast<int64_t>(images_.size()));
+    if (images_.size() > kMaxImages) {
+      images_.pop_front();
+      shell.health().Count("CAMERA.dropped");
+    }
+  });
+  if (!ok) return ok;
+  ok = shell.Listen<DrState>(wire::kDr, [this, &shell](const DrState& state, Utime) {
+    if (!tracker_.Push(state)) shell.health().Count("DR.not_newer");
+  });
+  if (!ok) return ok;
+  ok = shell.Listen<Pose>(wire::kPose, [this](const Pose& pose, Utime) { tracker_.Push(pose); });
+  if (!ok) return ok;
+  ok = shell.Listen<wire::Ack>(wire::kKeyframeAck,
+                               [this](const wire::Ack& ack, Utime) { keyframes_->HandleAck(ack); });
+  if (!ok) return ok;
+  return shell.ListenRaw(wire::kMapUpdate,
+                         [this, &shell](auto bytes, Utime) { TakeMapUpdate(bytes, shell); });
+}
+
+void FrontendNode::TakeMapUpdate(std::span<const uint8_t> message, process::Shell& shell) {
+  for (const wire::Bytes& bytes : updates_->Accept(message)) {
+    const auto update = wire::Decode<MapUpdate>(bytes);
+    if (!update) {
+      shell.CountUndecodable(wire::kMapUpdate, update.error());
+      map_wanted_ = true;
+      continue;
+    }
+    if (!tracker_.has_map() && !update->snapshot) continue;
+    if (!tracker_.Push(*update)) {
+      shell.health().Count("MAP_UPDATE.gaps");
+      map_wanted_ = true;
+    } else if (update->snapshot) {
+      map_wanted_ = false;
+    }
+  }
+  if (const auto ack = updates_->MakeAck(shell.Now())) {
+    shell.Publish(wire::kMapUpdateAck, wire::Encode(*ack));
+  }
+}
+
+void FrontendNode::RequestMap(process::Shell& shell) {
+  const Utime now = shell.Now();
+  if (last_request_ && now - *last_request_ < kRequestInterval) return;
+  last_request_ = now;
+  wire::Bytes message = wire::Encode(tracker_.Request());
+  wire::SetDelivery({.seq = ++request_seq_, .session = session_, .oldest_seq = request_seq_},
+                    message);
+  shell.Publish(wire::kMapRequest, message);
+}
+
+void FrontendNode::ProcessImage(const WaitingImage& image, process::Shell& shell) {
+  TrackerOutput out = tracker_.Push(image.camera.frame);
+  const DurationUs latency = shell.Now() - image.received;
+  out.pose.latency_us = latency.us;
+  shell.Publish(wire::kFramePose, wire::Encode(out.pose));
+  shell.health().AddLatency(latency);
+  status_ = out.pose.status;
+  last_image_ = shell.Now();
+  if (out.keyframe) keyframes_->Push(wire::Encode(*out.keyframe));
+}
+
+bool FrontendNode::Step(process::Shell& shell) {
+  if (!images_.empty()) {
+    const WaitingImage image = std::move(images_.front());
+    images_.pop_front();
+    ProcessImage(image, shell);
+  }
+  if (map_wanted_) RequestMap(shell);
+  for (const wire::Bytes* message : keyframes_->Due(shell.Now())) {
+    shell.Publish(wire::kKeyframe, *message);
+  }
+
+  using enum HealthState;
+  if (!tracker_.has_map()) {
+    shell.health().SetState(kStarting, "waiting for the map: is gw-backend running?");
+  } else if (!last_image_ || shell.Now() - *last_image_ > kSilence) {
+    shell.health().SetState(kDegraded, "no images: check gw-camera and its cable");
+  } else if (status_ == TrackingStatus::kLost) {
+    shell.health().SetState(kDegraded,
+                            "neither vision nor dead reckoning: check lens, light and gw-dr-ekf");
+  } else if (status_ == TrackingStatus::kDrOnly) {
+    shell.health().SetState(
+        kDegraded, "vision sees nothing, dead reckoning carries the pose: check lens and light");
+  } else {
+    shell.health().SetState(kOk);
+  }
+  return images_.empty();
+}
+
+}  // namespace gw::frontend

@@ -1,0 +1,51 @@
+// gw-frontend as a node: CAMERA, DR and MAP_UPDATE in, FRAME_POSE and KEYFRAME out.
+//
+// Images wait in a queue of kMaxImages; when tracking cannot follow, the oldest is dropped and
+// counted, so that the pose stays fresh. KEYFRAMEs are kept until the back-end acknowledges them.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+
+#include "common/config/robot_config.h"
+#include "common/process/reliable.h"
+#include "common/process/shell.h"
+#include "frontend/core/tracker.h"
+
+namespace gw::frontend {
+
+class FrontendNode : public process::Node {
+ public:
+  static Result<std::unique_ptr<process::Node>> Create(const RobotConfig& config);
+
+  Result<Done> Start(process::Shell& shell) override;
+  bool Step(process::Shell& shell) override;
+
+  static constexpr size_t kMaxImages = 4;
+
+ private:
+  struct WaitingImage {
+    wire::DecodedCamera camera;
+    Utime received;
+  };
+
+  explicit FrontendNode(Tracker tracker) : tracker_(std::move(tracker)) {}
+
+  void TakeMapUpdate(std::span<const uint8_t> message, process::Shell& shell);
+  void ProcessImage(const WaitingImage& image, process::Shell& shell);
+  void RequestMap(process::Shell& shell);
+
+  Tracker tracker_;
+  std::deque<WaitingImage> images_;
+  std::optional<process::ReliableSender> keyframes_;
+  std::optional<process::ReliableReceiver> updates_;
+  bool map_wanted_ = true;  // ask for a snapshot
+  std::optional<Utime> last_request_;
+  int64_t request_seq_ = 0;
+  int64_t session_ = 0;
+  std::optional<Utime> last_image_;
+  TrackingStatus status_ = TrackingStatus::kInitializing;
+};
+
+}  // namespace gw::frontend

@@ -1,0 +1,138 @@
+#include "tools/monitor/monitor.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cinttypes>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <set>
+
+#include "lcmtypes/wire/channels.h"
+#include "lcmtypes/wire/wire.h"
+
+namespace gw::tools {
+namespace {
+
+using FilePointer = std::unique_ptr<FILE, int (*)(FILE*)>;
+
+Error CannotWrite(const std::string& path) {
+  return {ErrorCode::kIo, path + ": cannot be written: " + std::strerror(errno)};
+}
+
+// Opens, lets `write` print, checks that everything reached the file.
+template <typename WriteLines>
+Result<Done> WriteTo(const std::string& path, WriteLines&& write) {
+  FilePointer file(std::fopen(path.c_str(), "w"), std::fclose);
+  if (!file) return CannotWrite(path);
+  write(file.get());
+  if (std::fflush(file.get()) != 0 || std::ferror(file.get()) != 0) return CannotWrite(path);
+  return Done{};
+}
+
+}  // namespace
+
+Result<Done> Monitor::Attach(process::Bus& bus, Monitor& monitor) {
+  auto ok = bus.Subscribe(wire::kCamera, [&monitor](auto bytes, Utime received) {
+    if (const auto header = wire::ReadHeader(bytes)) {
+      monitor.image_received_.emplace(header->utime.us, received);
+    }
+  });
+  if (!ok) return ok;
+  ok = bus.Subscribe(wire::kFramePose, [&monitor](auto bytes, Utime received) {
+    const auto pose = wire::Decode<FramePose>(bytes);
+    if (!pose) return;
+    const auto image = monitor.image_received_.find(pose->utime.us);
+    const int64_t latency =
+        image == monitor.image_received_.end() ? 0 : (received - image->second).us;
+    monitor.frames_.push_back({*pose, latency});
+  });
+  if (!ok) return ok;
+  ok = bus.Subscribe(wire::kPose, [&monitor](auto bytes, Utime received) {
+    if (const auto header = wire::ReadHeader(bytes)) {
+      monitor.pose_arrivals_.push_back({received, header->utime});
+    }
+  });
+  if (!ok) return ok;
+  return bus.Subscribe(wire::kHealth, [&monitor](auto bytes, Utime) {
+    if (auto health = wire::Decode<Health>(bytes)) monitor.health_.push_back(std::move(*health));
+  });
+}
+
+int64_t Monitor::images_without_pose() const {
+  std::set<int64_t> with_pose;
+  for (const Frame& f : frames_) with_pose.insert(f.pose.utime.us);
+  return static_cast<int64_t>(
+      std::count_if(image_received_.begin(), image_received_.end(),
+                    [&](const auto& image) { return !with_pose.contains(image.first); }));
+}
+
+int64_t Monitor::LatencyQuantile(double q) const {
+  std::vector<int64_t> latencies;
+  for (const Frame& f : frames_) latencies.push_back(f.latency_us);
+  if (latencies.empty()) return 0;
+  std::sort(latencies.begin(), latencies.end());
+  return latencies[static_cast<size_t>(q * static_cast<double>(latencies.size() - 1))];
+}
+
+std::string Monitor::StatusLine() const {
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "images %" PRId64 ", poses %" PRId64 ", without pose %" PRId64
+                ", latency median %.1f ms p99 %.1f ms",
+                images(), poses(), images_without_pose(),
+                static_cast<double>(LatencyQuantile(0.5)) * 1e-3,
+                static_cast<double>(LatencyQuantile(0.99)) * 1e-3);
+  std::string line = text;
+  std::map<std::string, const Health*> newest;
+  for (const Health& h : health_) newest[h.process] = &h;
+  const char* names[] = {"?", "starting", "ok", "degraded", "failed"};
+  for (const auto& [process, health] : newest) {
+    line += ", " + process + " " + names[static_cast<int>(health->state)];
+  }
+  return line;
+}
+
+Result<Done> Monitor::Write(const std::string& folder) const {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return Error{ErrorCode::kIo, folder + ": cannot be made: " + error.message()};
+  auto written = WriteTo(folder + "/trajectory.tum", [this](FILE* out) {
+    for (const Frame& f : frames_) {
+      const Eigen::Vector3d& p = f.pose.T_WB.translation();
+      const Eigen::Quaterniond& q = f.pose.T_WB.rotation();
+      std::fprintf(out, "%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", f.pose.utime.seconds(), p.x(),
+                   p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+    }
+  });
+  if (!written) return written;
+  written = WriteTo(folder + "/frames.csv", [this](FILE* out) {
+    std::fprintf(out, "utime,status,n_inliers,map_revision,latency_us\n");
+    for (const Frame& f : frames_) {
+      std::fprintf(out, "%" PRId64 ",%d,%d,%" PRId64 ",%" PRId64 "\n", f.pose.utime.us,
+                   static_cast<int>(f.pose.status), f.pose.num_inliers, f.pose.map_revision,
+                   f.latency_us);
+    }
+  });
+  if (!written) return written;
+  written = WriteTo(folder + "/pose_times.csv", [this](FILE* out) {
+    std::fprintf(out, "received,utime\n");
+    for (const PoseArrival& p : pose_arrivals_) {
+      std::fprintf(out, "%" PRId64 ",%" PRId64 "\n", p.received.us, p.utime.us);
+    }
+  });
+  if (!written) return written;
+  return WriteTo(folder + "/health.csv", [this](FILE* out) {
+    std::fprintf(out, "utime,process,state,latency_p50_us,latency_p99_us,counters\n");
+    for (const Health& h : health_) {
+      std::fprintf(out, "%" PRId64 ",%s,%d,%" PRId64 ",%" PRId64 ",", h.utime.us, h.process.c_str(),
+                   static_cast<int>(h.state), h.latency_p50_us, h.latency_p99_us);
+      for (const auto& [name, n] : h.counters)
+        std::fprintf(out, "%s=%" PRId64 ";", name.c_str(), n);
+      std::fprintf(out, "\n");
+    }
+  });
+}
+
+}  // namespace gw::tools

@@ -14,6 +14,24 @@ RowMajor67 TangentOfBlock(const Eigen::Quaterniond& q) {
   return J;
 }
 
+// Scales rows [first, first + n) of a residual and its Jacobian to the square root of their Huber
+// cost. d(g r) = (g I + 2 g' r r^T) dr with g = sqrt(HuberCost(s) / s).
+template <int n, typename Residual, typename Jacobian>
+void Robustify(double delta2, int first, Residual& r, Jacobian* J) {
+  auto part = r.template segment<n>(first);
+  const double s = part.squaredNorm();
+  if (s <= delta2) return;
+  const double cost = HuberCost(s, delta2);
+  const double g = std::sqrt(cost / s);
+  if (J != nullptr) {
+    // dg/ds = (cost' s - cost) / (2 g s^2), cost' = sqrt(delta2 / s)
+    const double dg = (std::sqrt(delta2 * s) - cost) / (2.0 * g * s * s);
+    auto rows = J->template middleRows<n>(first);
+    rows = (g * rows + 2.0 * dg * part * (part.transpose() * rows)).eval();
+  }
+  part *= g;
+}
+
 }  // namespace
 
 PoseBlock ToBlock(const SE3& T) {
@@ -66,9 +84,12 @@ bool ReprojectionCost<kRows>::Evaluate(double const* const* parameters, double* 
   if (!(p_C.z() > kMinProjectionDepth)) return false;
   Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
   r = ReprojectionResidual(*camera_, measurement_, p_C).template head<kRows>();
-  if (jacobians == nullptr) return true;
-  const Eigen::Matrix<double, kRows, 3> J =
-      ReprojectionJacobian(*camera_, measurement_, p_C).template topRows<kRows>();
+  Eigen::Matrix<double, kRows, 3> J;
+  const bool derive = jacobians != nullptr;
+  if (derive) J = ReprojectionJacobian(*camera_, measurement_, p_C).template topRows<kRows>();
+  Robustify<2>(kChi2Pixel, 0, r, derive ? &J : nullptr);
+  if constexpr (kRows == 3) Robustify<1>(kChi2Depth, 2, r, derive ? &J : nullptr);
+  if (!derive) return true;
   const Eigen::Matrix<double, kRows, 3> J_W = J * R_CW;
   if (jacobians[1] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, kRows, 3, Eigen::RowMajor>> out(jacobians[1]);

@@ -33,6 +33,11 @@ class PoseManifold final : public ceres::Manifold {
 
 // Blocks: pose T_WC (7), point p_W (3). Evaluation fails when the point is not in front of the
 // camera, which makes the solver take a shorter step. kRows 2: (u, v); 3: (u, v, u_right).
+//
+// Robust by itself, to be used without a loss function: pixel and depth have a Huber cost each,
+// which a single loss over the block cannot express. A part r of the residual with s = |r|^2 beyond
+// the Huber radius is scaled by g(s) = sqrt(HuberCost(s) / s), so that its square is the Huber
+// cost.
 template <int kRows>
 class ReprojectionCost final : public ceres::SizedCostFunction<kRows, 7, 3> {
  public:

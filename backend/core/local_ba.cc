@@ -1,6 +1,5 @@
 #include "backend/core/local_ba.h"
 
-#include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -21,46 +20,48 @@ constexpr double kFunctionTolerance = 1e-4;
 // Huber-bounded pull is too small to be worth a second one; they leave the map all the same.
 constexpr double kNegligibleOutliers = 0.005;
 
-// Chi-square of a sighting; infinite when the landmark is not in front of the camera.
-double ChiSquare(const LocalBaJob& job, const LocalBaJob::Sighting& s, const SE3& T_CW,
-                 const Eigen::Vector3d& p_W) {
-  const Eigen::Vector3d p_C = T_CW * p_W;
-  if (!(p_C.z() > kMinProjectionDepth)) return std::numeric_limits<double>::infinity();
-  return ReprojectionResidual(job.camera, s.pixel, p_C).squaredNorm();
-}
+// What of a sighting counts.
+enum class Use : uint8_t { kNothing, kPixel, kPixelAndDepth };
 
-// The variables of a solve, and the sightings that still count.
+// The variables of a solve, and what of each sighting still counts.
 struct State {
   std::vector<PoseBlock> poses;
   std::vector<Eigen::Vector3d> points;
-  std::vector<bool> used;  // one per sighting
+  std::vector<Use> use;  // one per sighting
 };
 
-// Marks the sightings within their chi-square gate, or with `gate` false only those in front of
-// the camera.
-void Classify(const LocalBaJob& job, bool gate, State& state) {
+std::vector<SE3> InversePoses(const State& state) {
   std::vector<SE3> T_CW;
   T_CW.reserve(state.poses.size());
   for (const PoseBlock& pose : state.poses) T_CW.push_back(FromBlock(pose.data()).inverse());
+  return T_CW;
+}
+
+// Keeps what is within its chi-square gate, or with `gate` false everything that is in front of its
+// camera.
+void Classify(const LocalBaJob& job, bool gate, State& state) {
+  const std::vector<SE3> T_CW = InversePoses(state);
   for (size_t i = 0; i < job.sightings.size(); ++i) {
     const auto& s = job.sightings[i];
-    const double chi2 = ChiSquare(job, s, T_CW[s.keyframe], state.points[s.landmark]);
-    state.used[i] = gate ? chi2 <= s.pixel.chi2_gate() : std::isfinite(chi2);
+    const Eigen::Vector3d p_C = T_CW[s.keyframe] * state.points[s.landmark];
+    state.use[i] = Use::kNothing;
+    if (!(p_C.z() > kMinProjectionDepth)) continue;
+    const SightingFit fit = FitOf(job.camera, s.pixel, p_C);
+    if (gate && !fit.pixel_ok()) continue;
+    const bool depth = s.pixel.has_depth && (!gate || fit.depth_ok());
+    state.use[i] = depth ? Use::kPixelAndDepth : Use::kPixel;
   }
 }
 
 // One pass over the used sightings. False when the solver failed; the state is then unspecified.
 bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold, State& state,
                LocalBaResult& result) {
-  ceres::HuberLoss huber_mono(std::sqrt(kChi2Mono));
-  ceres::HuberLoss huber_stereo(std::sqrt(kChi2Stereo));
   std::deque<ReprojectionCost<2>> mono;  // deques: the costs cannot be moved
   std::deque<ReprojectionCost<3>> stereo;
   std::deque<RelativePoseCost> relative;
 
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.disable_all_safety_checks = true;
   ceres::Problem problem(ownership);
@@ -73,16 +74,16 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold, State& st
     ordering->AddElementToGroup(block, 1);
   }
   for (size_t i = 0; i < job.sightings.size(); ++i) {
-    if (!state.used[i]) continue;
+    if (state.use[i] == Use::kNothing) continue;
     const auto& s = job.sightings[i];
     double* pose = state.poses[s.keyframe].data();
     double* point = state.points[s.landmark].data();
-    if (s.pixel.has_depth) {
+    if (state.use[i] == Use::kPixelAndDepth) {
       stereo.emplace_back(&job.camera, s.pixel);
-      problem.AddResidualBlock(&stereo.back(), &huber_stereo, pose, point);
+      problem.AddResidualBlock(&stereo.back(), nullptr, pose, point);
     } else {
       mono.emplace_back(&job.camera, s.pixel);
-      problem.AddResidualBlock(&mono.back(), &huber_mono, pose, point);
+      problem.AddResidualBlock(&mono.back(), nullptr, pose, point);
     }
     ordering->AddElementToGroup(point, 0);
   }
@@ -113,17 +114,16 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold, State& st
   return summary.IsSolutionUsable();
 }
 
-// Robust cost of the used sightings and the DR edges.
+// Robust cost of what counts of the sightings, and of the DR edges.
 double Cost(const LocalBaJob& job, const State& state) {
   double cost = 0;
-  std::vector<SE3> T_CW;
-  for (const PoseBlock& pose : state.poses) T_CW.push_back(FromBlock(pose.data()).inverse());
+  const std::vector<SE3> T_CW = InversePoses(state);
   for (size_t i = 0; i < job.sightings.size(); ++i) {
-    if (!state.used[i]) continue;
+    if (state.use[i] == Use::kNothing) continue;
     const auto& s = job.sightings[i];
-    const double chi2 = ChiSquare(job, s, T_CW[s.keyframe], state.points[s.landmark]);
-    const double gate = s.pixel.chi2_gate();
-    cost += chi2 <= gate ? chi2 : 2.0 * std::sqrt(chi2 * gate) - gate;
+    const SightingFit fit = FitOf(job.camera, s.pixel, T_CW[s.keyframe] * state.points[s.landmark]);
+    cost += HuberCost(fit.chi2_pixel, kChi2Pixel);
+    if (state.use[i] == Use::kPixelAndDepth) cost += HuberCost(fit.chi2_depth, kChi2Depth);
   }
   for (const auto& edge : job.dr_edges) {
     const SE3 T_ab = T_CW[edge.from] * T_CW[edge.to].inverse();
@@ -141,16 +141,15 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job) {
   State state;
   for (const auto& keyframe : job.keyframes) state.poses.push_back(ToBlock(keyframe.T_WC));
   for (const auto& landmark : job.landmarks) state.points.push_back(landmark.p_W);
-  state.used.resize(job.sightings.size());
+  state.use.resize(job.sightings.size());
   const State start = state;
 
   const PoseManifold manifold;
   Classify(job, /*gate=*/false, state);
   if (!SolvePass(job, manifold, state, result)) return result;
   Classify(job, /*gate=*/true, state);
-  const auto outliers = std::count(state.used.begin(), state.used.end(), false);
-  if (static_cast<double>(outliers) >
-      kNegligibleOutliers * static_cast<double>(state.used.size())) {
+  const auto outliers = std::count(state.use.begin(), state.use.end(), Use::kNothing);
+  if (static_cast<double>(outliers) > kNegligibleOutliers * static_cast<double>(state.use.size())) {
     if (!SolvePass(job, manifold, state, result)) return result;
     Classify(job, /*gate=*/true, state);
   }
@@ -168,7 +167,7 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job) {
   }
   for (size_t i = 0; i < job.sightings.size(); ++i) {
     const auto& s = job.sightings[i];
-    if (state.used[i]) {
+    if (state.use[i] != Use::kNothing) {
       ++result.num_sightings;
     } else {
       result.outliers.push_back({job.landmarks[s.landmark].id, job.keyframes[s.keyframe].id});
@@ -178,7 +177,7 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job) {
     result.dr_edges.push_back({job.keyframes[edge.from].id, job.keyframes[edge.to].id, edge.alpha});
   }
   State before = start;
-  before.used = state.used;
+  before.use = state.use;
   result.cost_before = Cost(job, before);
   result.cost_after = Cost(job, state);
   result.usable &= std::isfinite(result.cost_after);

@@ -50,11 +50,7 @@ int FindFeature(const MappingContext& context, const Landmark& landmark,
     const double du = f.u - expected.uv.x();
     const double dv = f.v - expected.uv.y();
     if (du * du + dv * dv > radius * radius) continue;
-    const PixelMeasurement pixel = context.Measurement(f);
-    if (ReprojectionResidual(context.camera, pixel, expected.p_C).squaredNorm() >
-        pixel.chi2_gate()) {
-      continue;
-    }
+    if (!FitOf(context.camera, context.Measurement(f), expected.p_C).pixel_ok()) continue;
     const int distance = HammingDistance(landmark.descriptor, keyframe.frame.descriptors[index]);
     if (distance < best_distance) {
       best_distance = distance;

@@ -1,19 +1,23 @@
 // The visual residual: where a landmark appears in a rectified stereo (or RGB-D) camera.
 //
 // Residual = (projected - measured) / sigma, rows u, v and, with depth, u_right = u - bf / z (px).
+// Pixel (2 rows) and depth (1 row) are judged apart: they fail for different reasons, the one when
+// the match is wrong, the other at depth edges and where images and depth were not taken at the
+// same instant.
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "common/camera/camera_model.h"
 #include "common/core/se3.h"
 
 namespace gw::backend {
 
-// 95 % quantiles of chi-square with 2 and 3 degrees of freedom: the outlier gates, and squares of
+// 95 % quantiles of chi-square with 1 and 2 degrees of freedom: the outlier gates, and squares of
 // the Huber radii.
-inline constexpr double kChi2Mono = 5.991;
-inline constexpr double kChi2Stereo = 7.815;
+inline constexpr double kChi2Depth = 3.841;
+inline constexpr double kChi2Pixel = 5.991;
 inline constexpr double kMinProjectionDepth = 0.01;  // m; nearer points have no usable projection
 
 struct PixelMeasurement {
@@ -21,7 +25,6 @@ struct PixelMeasurement {
   double u_right = -1;  // px; only read when has_depth
   bool has_depth = false;
   double inverse_sigma = 1;  // 1 / px
-  double chi2_gate() const { return has_depth ? kChi2Stereo : kChi2Mono; }
 };
 
 // Whitened residual of a point in C; row 2 is zero without depth. Precondition: p_C.z() > 0.
@@ -49,6 +52,25 @@ inline Eigen::Matrix3d ReprojectionJacobian(const RectifiedCamera& camera,
     J(2, 2) = J(0, 2) + camera.bf() * iz * iz * m.inverse_sigma;
   }
   return J;
+}
+
+// How well a measurement fits.
+struct SightingFit {
+  double chi2_pixel = 0;
+  double chi2_depth = 0;                                      // 0 without depth
+  bool pixel_ok() const { return chi2_pixel <= kChi2Pixel; }  // false for NaN
+  bool depth_ok() const { return chi2_depth <= kChi2Depth; }
+};
+// Precondition: p_C.z() > 0.
+inline SightingFit FitOf(const RectifiedCamera& camera, const PixelMeasurement& m,
+                         const Eigen::Vector3d& p_C) {
+  const Eigen::Vector3d r = ReprojectionResidual(camera, m, p_C);
+  return {r.head<2>().squaredNorm(), r[2] * r[2]};
+}
+
+// Huber's cost of a squared residual; delta2: square of the radius within which it is quadratic.
+inline double HuberCost(double squared, double delta2) {
+  return squared <= delta2 ? squared : 2.0 * std::sqrt(squared * delta2) - delta2;
 }
 
 }  // namespace gw::backend

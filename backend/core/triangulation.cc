@@ -30,8 +30,7 @@ double StereoCos(const RectifiedCamera& camera, const Feature& f) {
 bool Fits(const MappingContext& context, const View& view, const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d p_C = view.T_CW * p_W;
   if (!(p_C.z() > kMinProjectionDepth)) return false;
-  const PixelMeasurement pixel = context.Measurement(view.feature);
-  return ReprojectionResidual(context.camera, pixel, p_C).squaredNorm() <= pixel.chi2_gate();
+  return FitOf(context.camera, context.Measurement(view.feature), p_C).pixel_ok();
 }
 
 // Depth of the midpoint between the closest points of both rays: least squares of

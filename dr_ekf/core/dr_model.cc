@@ -633,21 +633,31 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
   const Vector3d way = state.wheel_scale * way_measured;
   const double length = way_measured.norm();
 
-  // See UpdateYaw: not from the noisy sample where the filter sees the motion.
-  const Vector3d sensitivity =
-      state.way_unmeasured ? way_measured : Vector3d(way_filter / state.wheel_scale);
-
-  const double side = 2 * Square(config_.lateral_sigma_m_s) * kLateralCorrelation * dt;
-  Vector3d variance(WayVariance(sensitivity.head<2>().norm()), side, side);
-  variance.array() += Square(kWayFloor);
-  if (sample.has_ticks) variance.x() += Square(tick_m_) / 12.0;
-
   // Derivative of way_filter with the motion since the clone, then with both poses.
   Eigen::Matrix<double, 3, 6> J;
   J << (half_back * T_ab.rotation()).toRotationMatrix(), 0.5 * Skew(way_filter);
   Eigen::Matrix<double, 3, kErrorSize> H = Eigen::Matrix<double, 3, kErrorSize>::Zero();
   H.block<3, 6>(0, kPose) = J * adj_BS_;
   H.block<3, 6>(0, kClone) = -J * T_ab.inverse().Adjoint() * adj_BS_;
+
+  const double side = 2 * Square(config_.lateral_sigma_m_s) * kLateralCorrelation * dt;
+  const auto variance_of = [&](double driven) {
+    Vector3d out(WayVariance(driven), side, side);
+    out.array() += Square(kWayFloor);
+    if (sample.has_ticks) out.x() += Square(tick_m_) / 12.0;
+    return out;
+  };
+  // Sensitivity to the scale, and size of the noise: neither from the sample nor from the
+  // prediction, whose errors are in the innovation (see UpdateYaw; the scale would come out 1 %
+  // too large here), but from the two combined, whose error the innovation does not hold. Sideways
+  // the wheels' own (rolling) way is free of noise.
+  Vector3d sensitivity = way_measured;
+  if (!state.way_unmeasured) {
+    const double predicted = (H.row(0) * state.P * H.row(0).transpose())(0);
+    const double share = predicted / (predicted + variance_of(way_filter.x()).x());
+    sensitivity.x() = (way_filter.x() + share * (way.x() - way_filter.x())) / state.wheel_scale;
+  }
+  Vector3d variance = variance_of(state.way_unmeasured ? length : sensitivity.x());
   H.col(kWheelScale) = -sensitivity;
 
   if (!state.way_unmeasured) {

@@ -1,0 +1,23 @@
+// Outlines of the occupied cells of a floor map as clean polygons: a slanted or round wall becomes
+// a few straight pieces, not a staircase of cells.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "tools/sim/floor_map.h"
+
+namespace gw::sim {
+
+// A closed outline; the occupied side is on the left of each edge, the free side on the right.
+// The last vertex is joined to the first.
+struct Contour {
+  std::vector<Eigen::Vector2d> vertices;  // world, m
+};
+
+// Cells that touch at a corner only are one wall. Outlines are simplified by Douglas-Peucker
+// (Cartographica 10, 1973) with `tolerance` metres; 0.8 cells removes the staircase and moves no
+// wall by more. Order and start of the outlines depend on the map alone.
+std::vector<Contour> TraceContours(const FloorMap& map, double tolerance);
+
+}  // namespace gw::sim

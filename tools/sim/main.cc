@@ -1,0 +1,244 @@
+// gw-sim: a robot in a world.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "common/config/writer.h"
+#include "common/core/exit_code.h"
+#include "common/core/version.h"
+#include "common/process/bus.h"
+#include "common/process/clock.h"
+#include "common/process/event_log.h"
+#include "lcmtypes/wire/channels.h"
+#include "tools/sim/floor_map.h"
+#include "tools/sim/planner.h"
+#include "tools/sim/scenario.h"
+#include "tools/sim/simulation.h"
+
+namespace gw::sim {
+namespace {
+
+constexpr int64_t kStartUs = 1'000'000'000'000'000;  // of runs that are not live: 2001-09-09
+
+volatile std::sig_atomic_t g_stop = 0;  // what a signal handler may touch
+void OnSignal(int) {
+  g_stop = 1;
+}
+
+struct Arguments {
+  std::string map, waypoints, path, scenario, log, config_out, lcm_url;
+  std::optional<int> seed;
+  std::optional<double> duration;
+  std::optional<int64_t> start_utime;
+  bool realtime = false, fast = false;
+  std::string drive = "path";
+  int threads = 2;
+};
+
+Result<Scenario> LoadAll(const Arguments& a) {
+  auto loaded = LoadScenario(a.scenario);
+  if (!loaded) return loaded.error();
+  Scenario scenario = *std::move(loaded);
+  if (!a.map.empty()) scenario.map = a.map;
+  if (scenario.map.empty()) {
+    return Error{ErrorCode::kBadConfig, a.scenario + ":1: names no map, and --map is not given"};
+  }
+  if (!a.waypoints.empty()) {
+    auto waypoints = LoadWaypoints(a.waypoints);
+    if (!waypoints) return waypoints.error();
+    scenario.waypoints = *std::move(waypoints);
+    if (a.path.empty()) scenario.visit.clear();
+  }
+  if (!a.path.empty()) {
+    auto order = LoadVisitOrder(a.path, static_cast<int>(scenario.waypoints.size()));
+    if (!order) return order.error();
+    scenario.visit = *std::move(order);
+  }
+  for (const int index : scenario.visit) {
+    if (index >= static_cast<int>(scenario.waypoints.size())) {
+      return Error{ErrorCode::kBadConfig,
+                   a.scenario + ":1: visit: there is no waypoint " + std::to_string(index)};
+    }
+  }
+  if (a.seed) scenario.seed = *a.seed;
+  if (a.duration) scenario.max_duration_s = *a.duration;
+  return scenario;
+}
+
+Result<Done> WriteConfig(const RobotConfig& config, const std::string& path) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out << WriteRobotConfig(config, ConfigText::kShort);
+  out.close();
+  if (!out) return Error{ErrorCode::kIo, path + ": cannot write the robot configuration"};
+  return Done{};
+}
+
+class Progress {
+ public:
+  void Show(const Simulation& sim) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < std::chrono::seconds(10)) return;
+    last_ = now;
+    std::fprintf(stderr, "gw-sim: %.1f s simulated in %.1f s, %lld images, stop %d of %d\n",
+                 sim.seconds(), Elapsed(), static_cast<long long>(sim.images()),
+                 sim.stops_reached(), sim.num_stops());
+  }
+  double Elapsed() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point last_ = begin_;
+};
+
+Result<Done> Run(const Arguments& a) {
+  const auto scenario = LoadAll(a);
+  if (!scenario) return scenario.error();
+  const auto map = LoadFloorMap(scenario->map);
+  if (!map) return map.error();
+  const process::Clock clock;
+  const Utime start = a.start_utime ? Utime{*a.start_utime}
+                      : a.realtime  ? clock.Now()
+                                    : Utime{kStartUs};
+  const Drive drive = a.drive == "external" ? Drive::kExternal : Drive::kPath;
+  auto created = Simulation::Create(*scenario, *map, drive, start, a.threads);
+  if (!created) return created.error();
+  Simulation& sim = **created;
+  if (!a.config_out.empty()) {
+    const auto written = WriteConfig(sim.robot_config(), a.config_out);
+    if (!written) return written.error();
+  }
+  // A log that is not complete never has the log's name.
+  const std::string part = a.log + ".part";
+  std::optional<process::EventLogWriter> log;
+  if (!a.log.empty()) {
+    auto writer = process::EventLogWriter::Create(part);
+    if (!writer) return writer.error();
+    log.emplace(*std::move(writer));
+  }
+  std::unique_ptr<process::LiveBus> bus;
+  if (a.realtime) {
+    auto live = process::LiveBus::Create(a.lcm_url);
+    if (!live) return live.error();
+    bus = *std::move(live);
+    if (!bus->warning().empty())
+      std::fprintf(stderr, "gw-sim: warning: %s\n", bus->warning().c_str());
+    if (drive == Drive::kExternal) {
+      const auto subscribed =
+          bus->Subscribe(wire::kBaseCommand, [&sim](std::span<const uint8_t> message, Utime) {
+            const auto command = wire::Decode<BaseCommand>(message);
+            if (command) sim.Command(command->v_m_s, command->w_rad_s);
+          });
+      if (!subscribed) return subscribed.error();
+    }
+  }
+  const auto deliver = [&](bool all) -> Result<Done> {
+    for (const Outgoing& out : sim.Take(all)) {
+      if (log) {
+        const auto done = log->Append(out.arrival, out.channel, out.message);
+        if (!done) return done.error();
+      }
+      if (bus) {
+        const auto done = bus->Publish(std::string(out.channel), out.message);
+        if (!done) return done.error();
+      }
+    }
+    return Done{};
+  };
+  Progress progress;
+  const auto wall_start = std::chrono::steady_clock::now();
+  double worst_lag = 0;
+  while (g_stop == 0 && sim.Step()) {
+    const auto delivered = deliver(false);
+    if (!delivered) return delivered.error();
+    progress.Show(sim);
+    if (!bus) continue;
+    const auto due = wall_start + std::chrono::duration<double>(sim.seconds());
+    worst_lag = std::max(
+        worst_lag, std::chrono::duration<double>(std::chrono::steady_clock::now() - due).count());
+    std::this_thread::sleep_until(
+        std::chrono::time_point_cast<std::chrono::steady_clock::duration>(due));
+    if (drive == Drive::kExternal) {
+      const auto pumped = bus->Pump(0);
+      if (!pumped) return pumped.error();
+    }
+  }
+  const auto delivered = deliver(true);
+  if (!delivered) return delivered.error();
+  if (log) {
+    const auto closed = log->Close();
+    if (!closed) return closed.error();
+    std::error_code error;
+    std::filesystem::rename(part, a.log, error);
+    if (error) return Error{ErrorCode::kIo, a.log + ": " + error.message()};
+  }
+  const double elapsed = progress.Elapsed();
+  std::fprintf(stderr, "gw-sim: done: %.1f s, %lld images (%.1f a second), %d of %d stops%s\n",
+               sim.seconds(), static_cast<long long>(sim.images()),
+               static_cast<double>(sim.images()) / elapsed, sim.stops_reached(), sim.num_stops(),
+               sim.bumper_hit() ? ", touched a wall" : "");
+  if (bus && worst_lag > 0.1) {
+    std::fprintf(stderr, "gw-sim: warning: fell up to %.2f s behind real time\n", worst_lag);
+  }
+  return Done{};
+}
+
+int Main(int argc, char** argv) {
+  Arguments a;
+  CLI::App app(
+      "A robot in a world: renders its camera, drives it and emits its sensors over LCM or into a "
+      "log.\nExit: 0 ok, 1 failed, 2 usage, 78 bad scenario.");
+  app.set_version_flag("--version", Version());
+  app.add_option("--scenario", a.scenario, "what happens (YAML, config/scenarios)")->required();
+  app.add_option("--map", a.map, "map.yaml of map_server, in place of the scenario's");
+  app.add_option("--waypoints", a.waypoints, "lines `index x y theta`, in place of the scenario's");
+  app.add_option("--path", a.path, "indices of waypoints to visit, one a line");
+  app.add_option("--seed", a.seed, "in place of the scenario's");
+  app.add_option("--duration", a.duration, "end after this many seconds")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--log", a.log, "LCM log to write");
+  app.add_option("--config-out", a.config_out, "robot configuration (YAML) to write");
+  auto* realtime =
+      app.add_flag("--realtime", a.realtime, "publish on LCM, at the pace of the clock");
+  app.add_flag("--fast", a.fast, "as fast as possible (default)")->excludes(realtime);
+  app.add_option("--lcm-url", a.lcm_url, "bus for --realtime");
+  app.add_option("--drive", a.drive, "path: follow the waypoints; external: obey BASE_COMMAND")
+      ->check(CLI::IsMember({"path", "external"}));
+  app.add_option("--start-utime", a.start_utime,
+                 "stamp of the first instant, us (default: fixed; with --realtime, now)");
+  app.add_option("--threads", a.threads, "that render; the output does not depend on it")
+      ->check(CLI::Range(1, 64));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+  }
+  if (a.drive == "external" && !a.realtime) {
+    std::fprintf(stderr, "gw-sim: --drive external needs --realtime: commands come over LCM\n");
+    return kExitUsage;
+  }
+  if (a.lcm_url.empty()) a.lcm_url = ProcessConfig{}.lcm_url;
+  std::signal(SIGINT, OnSignal);
+  std::signal(SIGTERM, OnSignal);
+  const auto done = Run(a);
+  if (!done) {
+    std::fprintf(stderr, "gw-sim: %s\n", done.error().message.c_str());
+    return ExitCodeFor(done.error());
+  }
+  return kExitOk;
+}
+
+}  // namespace
+}  // namespace gw::sim
+
+int main(int argc, char** argv) {
+  return gw::sim::Main(argc, argv);
+}

@@ -23,10 +23,10 @@ struct BaseConfig {
   // What the odometry does not know. The first three are sizes: sign and exact value follow from
   // the seed, between 0.6 and 1.4 times the size.
   double scale_error = 0.01;            // wheel radius, both wheels
-  double wheel_difference = 0.0003;     // right minus left, relative
-  double track_error = 0.01;            // effective track, relative
+  double wheel_difference = 0.0002;     // right minus left, relative
+  double track_error = 0.008;           // effective track, relative
   double slip_per_sqrt_m = 0.004;       // random, along the way
-  double heading_deg_per_sqrt_m = 0.3;  // random
+  double heading_deg_per_sqrt_m = 0.2;  // random
   double carpet_factor = 2.5;           // random slip on carpet, times normal
 };
 

@@ -1,5 +1,6 @@
 #include "tools/sim/contours.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -10,6 +11,8 @@ namespace {
 // Directions of edges between cells, counter-clockwise.
 constexpr std::array<int, 4> kDx = {1, 0, -1, 0};
 constexpr std::array<int, 4> kDy = {0, 1, 0, -1};
+
+constexpr double kSmallShare = 0.1;  // tolerance of small outlines, of their size
 
 double DistanceToSegment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
                          const Eigen::Vector2d& b) {
@@ -39,6 +42,10 @@ void DouglasPeucker(const std::vector<Eigen::Vector2d>& points, size_t first, si
 
 // `loop` closed; starts the simplification at an extreme vertex, which is a true corner.
 Contour Simplify(std::vector<Eigen::Vector2d> loop, double tolerance) {
+  Eigen::AlignedBox2d bounds;
+  for (const Eigen::Vector2d& p : loop) bounds.extend(p);
+  // Small things would lose their shape.
+  tolerance = std::min(tolerance, kSmallShare * bounds.sizes().maxCoeff());
   const auto corner = std::min_element(loop.begin(), loop.end(), [](const auto& a, const auto& b) {
     return a.x() + 1.001 * a.y() < b.x() + 1.001 * b.y();
   });

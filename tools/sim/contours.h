@@ -16,8 +16,9 @@ struct Contour {
 };
 
 // Cells that touch at a corner only are one wall. Outlines are simplified by Douglas-Peucker
-// (Cartographica 10, 1973) with `tolerance` metres; 0.8 cells removes the staircase and moves no
-// wall by more. Order and start of the outlines depend on the map alone.
+// (Cartographica 10, 1973) with `tolerance` metres, less for small ones; the steps of a slanted
+// wall deviate by up to 1.42 cells from each other, so that a tolerance a little above removes
+// them. Order and start of the outlines depend on the map alone.
 std::vector<Contour> TraceContours(const FloorMap& map, double tolerance);
 
 }  // namespace gw::sim

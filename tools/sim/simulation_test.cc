@@ -5,28 +5,12 @@
 
 #include "common/core/hash.h"
 #include "lcmtypes/wire/channels.h"
+#include "tools/sim/test_room.h"
 
 namespace gw::sim {
 namespace {
 
 using ::testing::HasSubstr;
-
-// A room of 6 x 5 m with a pillar.
-FloorMap Room() {
-  FloorMap map;
-  map.width = 60;
-  map.height = 50;
-  map.resolution = 0.1;
-  map.occupied.assign(60 * 50, 0);
-  for (int y = 0; y < 50; ++y) {
-    for (int x = 0; x < 60; ++x) {
-      const bool border = x < 2 || y < 2 || x > 57 || y > 47;
-      const bool pillar = x > 26 && x < 31 && y > 22 && y < 27;
-      map.occupied[map.index(x, y)] = border || pillar ? 1 : 0;
-    }
-  }
-  return map;
-}
 
 Scenario ShortDrive() {
   Scenario s;
@@ -40,7 +24,7 @@ Scenario ShortDrive() {
 
 // All messages as one text, for comparison.
 std::string RunToBytes(const Scenario& scenario, int threads, bool take_at_the_end) {
-  auto sim = Simulation::Create(scenario, Room(), Drive::kPath, Utime{1'000'000}, threads);
+  auto sim = Simulation::Create(scenario, RoomForTest(), Drive::kPath, Utime{1'000'000}, threads);
   EXPECT_TRUE(sim.ok());
   std::string bytes;
   const auto add = [&bytes](const std::vector<Outgoing>& messages) {
@@ -69,7 +53,7 @@ TEST(Simulation, SameSeedGivesTheSameBytesForAnyPaceAndNumberOfThreads) {
 }
 
 TEST(Simulation, EverySensorKeepsItsRateAndEveryImageHasItsTruth) {
-  auto sim = Simulation::Create(ShortDrive(), Room(), Drive::kPath, Utime{1'000'000}, 1);
+  auto sim = Simulation::Create(ShortDrive(), RoomForTest(), Drive::kPath, Utime{1'000'000}, 1);
   ASSERT_TRUE(sim.ok()) << sim.error().message;
   std::map<std::string, int> count;
   std::vector<int64_t> truth_times, image_times;
@@ -106,13 +90,13 @@ TEST(Simulation, EverySensorKeepsItsRateAndEveryImageHasItsTruth) {
 TEST(Simulation, AStopInAWallIsAnErrorThatNamesIt) {
   Scenario s = ShortDrive();
   s.waypoints[1].position = {2.85, 2.5};
-  const auto in_pillar = Simulation::Create(s, Room(), Drive::kPath, Utime{0}, 1);
+  const auto in_pillar = Simulation::Create(s, RoomForTest(), Drive::kPath, Utime{0}, 1);
   ASSERT_FALSE(in_pillar.ok());
   EXPECT_THAT(in_pillar.error().message, HasSubstr("stop 1 at (2.85, 2.5)"));
   s.waypoints[1].position = {20, 2};
-  EXPECT_FALSE(Simulation::Create(s, Room(), Drive::kPath, Utime{0}, 1).ok());
+  EXPECT_FALSE(Simulation::Create(s, RoomForTest(), Drive::kPath, Utime{0}, 1).ok());
   s.waypoints.clear();
-  EXPECT_FALSE(Simulation::Create(s, Room(), Drive::kPath, Utime{0}, 1).ok());
+  EXPECT_FALSE(Simulation::Create(s, RoomForTest(), Drive::kPath, Utime{0}, 1).ok());
 }
 
 }  // namespace

@@ -132,7 +132,7 @@ Surface& World::AddRectangle(const Vector3d& origin, const Vector3d& u, double u
 
 void World::AddWalls() {
   const double lift = 1.5 * map_.resolution;
-  for (const Contour& contour : TraceContours(map_, 0.8 * map_.resolution)) {
+  for (const Contour& contour : TraceContours(map_, 1.45 * map_.resolution)) {
     Eigen::AlignedBox2d bounds;
     for (const Vector2d& p : contour.vertices) bounds.extend(p);
     // The outline of a hole in a wall also is small, but its free side is inside.

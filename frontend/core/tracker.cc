@@ -19,7 +19,9 @@ namespace gw::frontend {
 namespace {
 
 constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
-constexpr int kFewMatches = 20;           // first stage: below this the window is doubled once
+constexpr int kFewMatches = 20;           // first stage: with fewer inliers the window is doubled
+constexpr double kTrustedShare = 0.4;  // ... also when a smaller share of the matches are inliers
+constexpr int kAttempts = 3;
 constexpr int kLocalKeyframes = 40;
 constexpr int kRecoveryKeyframes = 8;
 constexpr int kRelocalizedInliers = 30;     // a pose found without a prediction needs more support
@@ -255,13 +257,31 @@ bool Tracker::Impl::FollowMap(const FeatureFrame& frame, const Prediction& predi
     radius = std::max(radius, 10.0F);
     tracked_.clear();
   }
-  for (int attempt = 0; attempt < 2; ++attempt, radius = std::min(2 * radius, kMaxRadius)) {
+  // A window that does not reach the true place still finds look-alikes: the share of inliers
+  // tells.
+  const auto trust = [&](const Association& found) {
+    return found.estimate.num_inliers >= kFewMatches &&
+           found.estimate.num_inliers >= kTrustedShare * found.num_first_stage;
+  };
+  Association best;
+  for (int attempt = 0; attempt < kAttempts; ++attempt, radius = std::min(2 * radius, kMaxRadius)) {
     collect(radius);
     a->match.assign(frame.features.size(), -1);
+    a->estimate = PoseEstimate();
     a->num_first_stage =
         matcher_.Match(prediction.T_WC, a->candidates, 0, frame, grid_, {}, &a->match).num_matched;
-    if (a->num_first_stage >= kFewMatches) break;
+    if (a->num_first_stage >= config_.min_inliers) {
+      // After a blind span the prior's mean is the drifted pose: it counts with that drift.
+      Prediction start = prediction;
+      if (recovering) start.motion_cov = search_cov;
+      const double q = Quality({report->num_detected, a->num_first_stage}, config_.dr_weight);
+      Estimate(frame, prediction.T_WC,
+               PriorFor(start, VariantScale(config_.variant, q, config_.dr_weight)), a);
+    }
+    if (attempt == 0 || a->estimate.num_inliers > best.estimate.num_inliers) best = *a;
+    if (trust(best) || radius >= kMaxRadius) break;
   }
+  *a = std::move(best);
   report->num_tracked = a->num_first_stage;
   report->q = Quality({report->num_detected, report->num_tracked}, config_.dr_weight);
   report->alpha =
@@ -271,14 +291,11 @@ bool Tracker::Impl::FollowMap(const FeatureFrame& frame, const Prediction& predi
                                                                 : TrackingReason::kTooFewMatches;
     return false;
   }
-  // After a blind span the prior's mean is the drifted pose: let it only regularise.
-  const std::optional<PosePrior> prior =
-      recovering && !prediction.from_dr
-          ? std::nullopt
-          : PriorFor(recovering ? Prediction{prediction.T_WC, search_cov, true, false} : prediction,
-                     report->alpha);
-  Estimate(frame, prediction.T_WC, prior, a);
-  if (a->estimate.num_inliers >= config_.min_inliers / 2) SearchLocalMap(frame, prior, a);
+  if (a->estimate.num_inliers >= config_.min_inliers / 2) {
+    Prediction start = prediction;
+    if (recovering) start.motion_cov = search_cov;
+    SearchLocalMap(frame, PriorFor(start, report->alpha), a);
+  }
   if (a->estimate.num_inliers < config_.min_inliers * (recovering ? 2 : 1)) {
     report->reason = TrackingReason::kTooFewInliers;
     return false;

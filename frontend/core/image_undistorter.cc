@@ -18,9 +18,11 @@ ImageUndistorter::ImageUndistorter(const CameraGeometry& geometry)
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns_; ++i) {
       const Eigen::Vector2d pixel(i * kSpacing, j * kSpacing);
-      const Result<Eigen::Vector2d> n = gw::Undistort(
-          source, {(pixel.x() - source.cx) / source.fx, (pixel.y() - source.cy) / source.fy});
-      if (!n) {
+      const Eigen::Vector2d distorted((pixel.x() - source.cx) / source.fx,
+                                      (pixel.y() - source.cy) / source.fy);
+      const Result<Eigen::Vector2d> n = gw::Undistort(source, distorted);
+      // Where the distortion folds over, Newton's method may end on the opposite side.
+      if (!n || n->dot(distorted) < 0) {
         shift_.emplace_back(kNan, kNan);
         continue;
       }

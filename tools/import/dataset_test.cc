@@ -90,7 +90,7 @@ TEST_F(Dataset, TumRgbd) {
   GW_FIND_OR_SKIP(source, "tum_fr1_rpy_first400");
   auto recording = ReadTum(source, {});
   ASSERT_TRUE(recording) << recording.error().message;
-  EXPECT_EQ(recording->frames->size(), 390u);
+  EXPECT_EQ(recording->frames->size(), 400u);
   EXPECT_EQ(recording->ground_truth.size(), 1534u);
   EXPECT_NEAR(recording->calibration.camera.rate_hz, 30, 0.3);
   ExpectGoodLog(*recording);

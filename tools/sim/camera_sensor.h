@@ -15,7 +15,7 @@ namespace gw::sim {
 struct ImagerConfig {
   double grey_per_radiance_ms = 30;  // grey levels of radiance 1 after 1 ms at gain 1
   double black_level = 4;            // grey levels without light
-  double electrons_per_grey = 40;    // at gain 1; sets the shot noise
+  double electrons_per_grey = 90;    // at gain 1; sets the shot noise: 1.2 grey levels at mid-grey
   double read_noise_grey = 0.1;      // sigma at gain 1; grows with the gain
   double vignetting = 0.3;           // share of light that the corners lose
   double target_grey = 95;           // mean that the automatic exposure aims at

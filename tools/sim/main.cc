@@ -33,7 +33,7 @@ void OnSignal(int) {
 }
 
 struct Arguments {
-  std::string map, waypoints, path, scenario, log, config_out, lcm_url;
+  std::string map, waypoints, path, scenario, log, config_out, lcm_url, trajectory, odometry;
   std::optional<int> seed;
   std::optional<double> duration;
   std::optional<int64_t> start_utime;
@@ -47,7 +47,7 @@ Result<Scenario> LoadAll(const Arguments& a) {
   if (!loaded) return loaded.error();
   Scenario scenario = *std::move(loaded);
   if (!a.map.empty()) scenario.map = a.map;
-  if (scenario.map.empty()) {
+  if (scenario.map.empty() && a.trajectory.empty()) {
     return Error{ErrorCode::kBadConfig, a.scenario + ":1: names no map, and --map is not given"};
   }
   if (!a.waypoints.empty()) {
@@ -99,17 +99,33 @@ class Progress {
   std::chrono::steady_clock::time_point last_ = begin_;
 };
 
+constexpr double kCorridorHalfWidth = 1.6;  // m, around a recorded way without a map
+
+Result<std::unique_ptr<Simulation>> CreateSimulation(const Arguments& a, const Scenario& scenario,
+                                                     Drive drive, Utime start) {
+  if (a.trajectory.empty()) {
+    const auto map = LoadFloorMap(scenario.map);
+    if (!map) return map.error();
+    return Simulation::Create(scenario, *map, drive, start, a.threads);
+  }
+  auto motion = RecordedMotion::Load(a.trajectory, a.odometry);
+  if (!motion) return motion.error();
+  // The scenario's own map has nothing to do with the recording.
+  const auto map = a.map.empty() ? Result<FloorMap>(motion->CorridorAround(kCorridorHalfWidth))
+                                 : LoadFloorMap(a.map);
+  if (!map) return map.error();
+  return Simulation::Create(scenario, *map, *std::move(motion), start, a.threads);
+}
+
 Result<Done> Run(const Arguments& a) {
   const auto scenario = LoadAll(a);
   if (!scenario) return scenario.error();
-  const auto map = LoadFloorMap(scenario->map);
-  if (!map) return map.error();
   const process::Clock clock;
   const Utime start = a.start_utime ? Utime{*a.start_utime}
                       : a.realtime  ? clock.Now()
                                     : Utime{kStartUs};
   const Drive drive = a.drive == "external" ? Drive::kExternal : Drive::kPath;
-  auto created = Simulation::Create(*scenario, *map, drive, start, a.threads);
+  auto created = CreateSimulation(a, *scenario, drive, start);
   if (!created) return created.error();
   Simulation& sim = **created;
   if (!a.config_out.empty()) {
@@ -212,6 +228,13 @@ int Main(int argc, char** argv) {
   app.add_option("--lcm-url", a.lcm_url, "bus for --realtime");
   app.add_option("--drive", a.drive, "path: follow the waypoints; external: obey BASE_COMMAND")
       ->check(CLI::IsMember({"path", "external"}));
+  auto* trajectory = app.add_option("--trajectory", a.trajectory,
+                                    "recorded poses `t x y z qx qy qz qw` to render along; walls "
+                                    "are put around them unless --map is given");
+  auto* odometry =
+      app.add_option("--odometry", a.odometry, "the recorded robot's odometry, passed through");
+  trajectory->needs(odometry);
+  odometry->needs(trajectory);
   app.add_option("--start-utime", a.start_utime,
                  "stamp of the first instant, us (default: fixed; with --realtime, now)");
   app.add_option("--threads", a.threads, "that render; the output does not depend on it")

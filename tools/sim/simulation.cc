@@ -133,20 +133,68 @@ Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
     if (!way) return Error{ErrorCode::kBadData, "kidnap: " + way.error().message};
     keep_free.insert(keep_free.end(), way->front().begin(), way->front().end());
   }
-  const Waypoint& first = sim->stops_.front();
-  sim->world_ = std::make_unique<World>(map, scenario.world, first.position, keep_free,
-                                        static_cast<uint64_t>(scenario.seed));
-  sim->distance_ = DistanceToOccupied(sim->world_->obstacles(), 2.0);
-  sim->base_ = std::make_unique<Base>(scenario.base, sim->world_->obstacles(), sim->distance_,
-                                      static_cast<uint64_t>(scenario.seed));
-  sim->base_->Place(first.position, first.yaw);
+  sim->Build(map, sim->stops_.front(), keep_free);
   sim->follower_ = std::make_unique<PathFollower>(sim->stops_, *std::move(legs), scenario.drive);
-  sim->renderer_ = std::make_unique<Renderer>(*sim->world_, sim->scenario_.pinhole, &sim->pool_);
-  sim->T_GB_ = sim->floor_.BodyPose(first.position, first.yaw);
-  sim->p_GI_ = sim->T_GB_ * sim->robot_config_.calibration.imu.T_BI.translation();
-  sim->Note("source", std::string("gw-sim ") + Version() + " scenario " + scenario.name + " seed " +
-                          std::to_string(scenario.seed));
   return sim;
+}
+
+Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
+                                                       const FloorMap& map, RecordedMotion motion,
+                                                       Utime start, int threads) {
+  std::unique_ptr<Simulation> sim(new Simulation(scenario, Drive::kPath, start, threads));
+  std::erase_if(sim->scenario_.events,
+                [](const Event& event) { return event.kind == EventKind::kKidnap; });
+  std::stable_sort(sim->scenario_.events.begin(), sim->scenario_.events.end(),
+                   [](const Event& a, const Event& b) { return a.at_s < b.at_s; });
+  std::vector<Eigen::Vector2d> way;
+  for (double t = 0; t <= motion.duration_s(); t += 0.1) way.push_back(motion.At(t).position);
+  for (const Eigen::Vector2d& p : way) {
+    const Eigen::Vector2i cell = map.CellOf(p);
+    if (!map.InMap(cell.x(), cell.y()) || map.Occupied(cell.x(), cell.y())) {
+      return Error{ErrorCode::kBadData, "the trajectory leaves the map or enters a wall"};
+    }
+  }
+  const RecordedMotion::Planar first = motion.At(0);
+  sim->robot_config_.calibration.wheel.time_offset_s = 0;
+  sim->robot_config_.calibration.wheel.rate_hz = std::round(motion.odometry_rate_hz());
+  sim->recorded_ = std::move(motion);
+  sim->Build(map, {first.position, first.yaw}, way);
+  sim->follower_ =
+      std::make_unique<PathFollower>(std::vector<Waypoint>{}, std::vector<Leg>{}, scenario.drive);
+  return sim;
+}
+
+void Simulation::Build(const FloorMap& map, const Waypoint& first,
+                       const std::vector<Eigen::Vector2d>& keep_free) {
+  const auto seed = static_cast<uint64_t>(scenario_.seed);
+  world_ = std::make_unique<World>(map, scenario_.world, first.position, keep_free, seed);
+  distance_ = DistanceToOccupied(world_->obstacles(), 2.0);
+  base_ = std::make_unique<Base>(scenario_.base, world_->obstacles(), distance_, seed);
+  base_->Place(first.position, first.yaw);
+  renderer_ = std::make_unique<Renderer>(*world_, scenario_.pinhole, &pool_);
+  T_GB_ = floor_.BodyPose(first.position, first.yaw);
+  p_GI_ = T_GB_ * robot_config_.calibration.imu.T_BI.translation();
+  Note("source", std::string("gw-sim ") + Version() + " scenario " + scenario_.name + " seed " +
+                     std::to_string(scenario_.seed) +
+                     (recorded_ ? ", along a recorded robot's way with its odometry" : ""));
+}
+
+void Simulation::SendRecordedOdometry() {
+  const auto& odometry = recorded_->odometry();
+  for (; next_odometry_ < odometry.size() && odometry[next_odometry_].t <= seconds();
+       ++next_odometry_) {
+    const auto& before = odometry[next_odometry_ - 1];
+    const auto& now = odometry[next_odometry_];
+    const SE3 step = before.T_OB.inverse() * now.T_OB;
+    WheelSample sample;
+    sample.utime_begin = start_ + DurationFromSeconds(before.t);
+    sample.utime = start_ + DurationFromSeconds(now.t);
+    sample.seq = wheel_count_++;
+    sample.dx_m = step.translation().x();
+    sample.dy_m = step.translation().y();
+    sample.dyaw_rad = LogSO3(step.rotation()).z();
+    Send(now_, kWheelRank, wire::kWheel, wire::Encode(sample));
+  }
 }
 
 int Simulation::stops_reached() const {
@@ -249,10 +297,16 @@ bool Simulation::Step() {
   if (t >= scenario_.max_duration_s || (finished_at_s_ >= 0 && t >= finished_at_s_ + kRunOut)) {
     return false;
   }
+  if (recorded_ && t >= recorded_->duration_s()) return false;
   BeginEvents();
   const int64_t ms = (now_ - start_).us / 1000;
-  if (ms % kControlEveryMs == 0) Control();
-  base_->Step(t, kStep, DisturbanceNow());
+  if (recorded_) {
+    const RecordedMotion::Planar at = recorded_->At(t + kStep);
+    base_->Place(at.position, at.yaw);
+  } else {
+    if (ms % kControlEveryMs == 0) Control();
+    base_->Step(t, kStep, DisturbanceNow());
+  }
   bumper_hit_ = bumper_hit_ || base_->bumper();
   const SE3 T_before = T_GB_;
   const Utime before = now_;
@@ -273,7 +327,9 @@ void Simulation::Measure(const SE3& T_GB_before, Utime before) {
     const ImuSample sample = imu_.Measure(now_, 1 / scenario_.imu.rate_hz, T_GB_, v_GI);
     Send(now_ + kImuTransfer, kImuRank, wire::kImu, wire::Encode(sample));
   }
-  if (t * kWheelRate >= static_cast<double>(wheel_count_ + 1) - 1e-9) {
+  if (recorded_) {
+    SendRecordedOdometry();
+  } else if (t * kWheelRate >= static_cast<double>(wheel_count_ + 1) - 1e-9) {
     ++wheel_count_;
     const WheelSample sample =
         wheels_.Measure(now_, base_->left_way(), base_->right_way(), base_->yaw(), base_->bumper());

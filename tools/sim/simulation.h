@@ -20,6 +20,7 @@
 #include "tools/sim/floor_map.h"
 #include "tools/sim/floor_profile.h"
 #include "tools/sim/planner.h"
+#include "tools/sim/recorded_motion.h"
 #include "tools/sim/renderer.h"
 #include "tools/sim/scenario.h"
 #include "tools/sim/sensors.h"
@@ -45,6 +46,12 @@ class Simulation {
   static Result<std::unique_ptr<Simulation>> Create(const Scenario& scenario, const FloorMap& map,
                                                     Drive drive, Utime start, int threads);
 
+  // Along a recorded robot's way, with its odometry: no waypoints, no commands, and events that
+  // move the robot have no effect.
+  static Result<std::unique_ptr<Simulation>> Create(const Scenario& scenario, const FloorMap& map,
+                                                    RecordedMotion motion, Utime start,
+                                                    int threads);
+
   // Moves on by one millisecond. False, without moving, when the run is over.
   bool Step();
   // What has arrived by now; with `all`, also what is still under way.
@@ -65,6 +72,9 @@ class Simulation {
  private:
   Simulation(const Scenario& scenario, Drive drive, Utime start, int threads);
 
+  void Build(const FloorMap& map, const Waypoint& first,
+             const std::vector<Eigen::Vector2d>& keep_free);
+  void SendRecordedOdometry();
   Disturbance DisturbanceNow() const;
   void Control();
   Result<Done> Replan(const Waypoint& from);
@@ -86,6 +96,8 @@ class Simulation {
   std::unique_ptr<Base> base_;
   std::unique_ptr<PathFollower> follower_;
   int legs_before_replan_ = 0;
+  std::optional<RecordedMotion> recorded_;
+  size_t next_odometry_ = 1;
   FloorProfile floor_;
   std::unique_ptr<Renderer> renderer_;
   CameraSensor left_eye_, right_eye_;

@@ -56,9 +56,10 @@ struct CameraCalibration {
   int width = 0;
   int height = 0;
   double rate_hz = 30;
-  PinholeIntrinsics left;       // the grey image of an RGB-D camera
-  PinholeIntrinsics right;      // stereo only
-  SE3 T_C0C1;                   // stereo only: right camera in the frame of the left
+  PinholeIntrinsics left;   // the grey image of an RGB-D camera
+  PinholeIntrinsics right;  // stereo only
+  double readout_s = 0;     // rolling shutter: from the first to the last row; 0 = global shutter
+  SE3 T_C0C1;               // stereo only: right camera in the frame of the left
   double depth_unit_m = 0.001;  // RGB-D only: metres per unit of the depth image
   double depth_min_m = 0.3;     // depths outside [min, max] count as no depth
   double depth_max_m = 8.0;
@@ -81,6 +82,11 @@ struct CameraCalibration {
              .unit = "Hz",
              .required = true,
              .text = "nominal frame rate; 'per frame' sigmas refer to 30 Hz frames"});
+    v.Field("readout_s", readout_s,
+            {.min = 0,
+             .max = 0.1,
+             .unit = "s",
+             .text = "rolling shutter: time from the first to the last row; 0: global shutter"});
     v.Section("left", left, {.required = true, .text = "left (or only) camera"});
     v.Section("right", right, {.text = "right camera; required for kind: stereo"});
     v.Pose("T_C0C1", T_C0C1,

@@ -100,6 +100,7 @@ Result<CameraGeometry> MakeCameraGeometry(const Calibration& calibration) {
   r.depth_min_m = c.depth_min_m;
   r.depth_max_m = c.depth_max_m;
   r.T_BC = c.T_BC;
+  r.readout_s = c.readout_s;
   if (c.kind == CameraKind::kRgbd) {
     r.baseline_m = c.depth_baseline_m;
     return out;

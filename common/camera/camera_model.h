@@ -15,6 +15,7 @@ struct RectifiedCamera {
   double fx = 0, fy = 0, cx = 0, cy = 0;    // px
   double baseline_m = 0;                    // > 0
   double depth_min_m = 0, depth_max_m = 0;  // depths outside are not used
+  double readout_s = 0;                     // rolling shutter; 0 = global
   SE3 T_BC;                                 // rectified left camera in the body
 
   double bf() const { return fx * baseline_m; }  // disparity (px) = bf / depth

@@ -14,6 +14,7 @@
 #include "frontend/core/pose_optimizer.h"
 #include "frontend/core/projection_matcher.h"
 #include "frontend/core/relocalizer.h"
+#include "frontend/core/rolling_shutter.h"
 
 namespace gw::frontend {
 namespace {
@@ -438,13 +439,13 @@ TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
   return Track(frame.utime, frame.seq, frame_, problem);
 }
 
-TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame& frame,
+TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame& seen,
                                    TrackingReason image_problem) {
   TrackerOutput out;
   FramePose& report = out.pose;
   report.utime = utime;
   report.seq = seq;
-  report.num_detected = frame.num_detected;
+  report.num_detected = seen.num_detected;
   if (has_image_ && utime <= utime_) {
     report.reason = TrackingReason::kTimeReversed;
     report.status = TrackingStatus::kLost;
@@ -459,6 +460,12 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     prediction.T_WC = hint_->T_WB * camera_.T_BC;
     blind_cov_ = ToCamera(hint_->cov_T_WB);
     T_WC_ = prediction.T_WC;
+  }
+  FeatureFrame frame = seen;
+  if (camera_.readout_s > 0 && has_image_) {
+    const Vector6d motion = (T_WC_.inverse() * prediction.T_WC).Log();
+    UndoRollingShutter(camera_, camera_.readout_s, motion.tail<3>() / (utime - utime_).seconds(),
+                       &frame.features);
   }
   grid_.Build(frame.features, camera_.width, camera_.height);
 

@@ -107,12 +107,11 @@ int RunProgram(int argc, char** argv, const ProgramDescription& program,
 
   const Result<RobotConfig> config = LoadRobotConfig(config_path);
   if (!config) return Fail(program.name, config.error());
+  auto loop = Loop::Create(kTick);  // before any other thread, so that signals come to us
+  if (!loop) return Fail(program.name, loop.error());
   auto node = make_node(*config);
   if (!node) return Fail(program.name, node.error());
   if (check) return kExitOk;
-
-  auto loop = Loop::Create(kTick);  // before LCM's thread, so that signals come to us
-  if (!loop) return Fail(program.name, loop.error());
   auto bus = LiveBus::Create(lcm_url.empty() ? config->process.lcm_url : lcm_url);
   if (!bus) return Fail(program.name, bus.error());
   const Clock clock;

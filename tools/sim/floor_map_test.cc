@@ -120,6 +120,16 @@ TEST(Planner, EveryPointOfTheWayKeepsItsDistance) {
   EXPECT_LT((legs->front().back() - Eigen::Vector2d(5.2, 2.5)).norm(), 1e-6);
 }
 
+TEST(Planner, AStopCloseToAWallIsMovedAStopInsideIsNot) {
+  const FloorMap map = RoomForTest();
+  const auto stops =
+      MoveStopsFromWalls(map, {{{0.32, 2.5}, 1}, {{2.9, 2.5}, 2}, {{1, 1}, 3}}, 0.24);
+  EXPECT_GE(DistanceAt(map, DistanceToOccupied(map, 5), stops[0].position), 0.2);
+  EXPECT_LT((stops[0].position - Eigen::Vector2d(0.32, 2.5)).norm(), 0.3);
+  EXPECT_EQ(stops[1].position, Eigen::Vector2d(2.9, 2.5));
+  EXPECT_EQ(stops[2].position, Eigen::Vector2d(1, 1));
+}
+
 TEST(Planner, AWayThroughAWallIsAnError) {
   FloorMap map = RoomForTest();
   for (int y = 0; y < 50; ++y) map.occupied[map.index(15, y)] = 1;

@@ -110,6 +110,29 @@ std::string Place(const Waypoint& w) {
 
 }  // namespace
 
+std::vector<Waypoint> MoveStopsFromWalls(const FloorMap& map, std::vector<Waypoint> stops,
+                                         double clearance) {
+  const std::vector<float> distance = DistanceToOccupied(map, 2.0);
+  const Grid grid{map, distance, clearance};
+  for (Waypoint& stop : stops) {
+    const Eigen::Vector2i cell = map.CellOf(stop.position);
+    if (grid.Free(cell.x(), cell.y())) continue;
+    const int reach = static_cast<int>(std::ceil(kMaxStopMove / map.resolution));
+    double best = kMaxStopMove;
+    Vector2d moved = stop.position;
+    for (int y = cell.y() - reach; y <= cell.y() + reach; ++y) {
+      for (int x = cell.x() - reach; x <= cell.x() + reach; ++x) {
+        const double move = (map.CentreOf(x, y) - stop.position).norm();
+        if (!grid.Free(x, y) || move >= best) continue;
+        best = move;
+        moved = map.CentreOf(x, y);
+      }
+    }
+    stop.position = moved;
+  }
+  return stops;
+}
+
 Result<std::vector<Leg>> PlanLegs(const FloorMap& map, const std::vector<Waypoint>& visit,
                                   double clearance) {
   const std::vector<float> distance = DistanceToOccupied(map, 2.0);

@@ -121,6 +121,7 @@ Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
                  "no waypoints: give --waypoints, or `waypoints` in the scenario"};
   }
   const double clearance = scenario.base.radius_m + kClearance;
+  sim->stops_ = MoveStopsFromWalls(map, std::move(sim->stops_), clearance);
   auto legs = PlanLegs(map, sim->stops_, clearance);
   if (!legs) return legs.error();
   std::vector<Eigen::Vector2d> keep_free;

@@ -35,17 +35,17 @@ double SmoothedLack(const Map& map, KeyframeId to, double connection_reference) 
   return largest;
 }
 
-double ConnectionReference(const Map& map, const std::vector<KeyframeId>& window,
-                           const DrWeightConfig& config) {
+double ConnectionReference(const Map& map, const DrWeightConfig& config) {
   std::vector<int> counts;
-  for (const KeyframeId id : window) {
-    const MapKeyframe& keyframe = map.keyframes().at(id);
+  for (auto it = map.keyframes().rbegin(); it != map.keyframes().rend(); ++it) {
+    const MapKeyframe& keyframe = it->second;
     const MapKeyframe* previous = map.FindKeyframe(keyframe.frame.previous);
     if (previous == nullptr || keyframe.frame.num_tracked < config.n_trk_ref ||
         previous->frame.num_tracked < config.n_trk_ref) {
       continue;
     }
-    counts.push_back(map.SharedLandmarks(id, keyframe.frame.previous));
+    counts.push_back(map.SharedLandmarks(it->first, keyframe.frame.previous));
+    if (counts.size() == kReferenceKeyframes) break;
   }
   if (counts.size() < 3) return kInitialConnectionReference;
   const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2);

@@ -24,11 +24,13 @@ double EdgeQuality(const Map& map, KeyframeId to, double connection_reference);
 // 1 - (smoothed Q) of the edge that ends at `to`.
 double SmoothedLack(const Map& map, KeyframeId to, double connection_reference);
 
-// C_ref: median of C_ij over those temporal edges among `window` whose two ends are well tracked
-// (num_tracked >= n_trk_ref, where the front-end's quality saturates); not below the initial value,
-// which also stands while there are fewer than 3 such edges. `window`: ids in the map.
-double ConnectionReference(const Map& map, const std::vector<KeyframeId>& window,
-                           const DrWeightConfig& config);
+// C_ref: median of C_ij over the newest kReferenceKeyframes temporal edges whose two ends are well
+// tracked (num_tracked >= n_trk_ref, where the front-end's quality saturates); not below the
+// initial value, which also stands while there are fewer than 3 such edges. Weakly tracked
+// keyframes do not count however many they are: in a long bare corridor C_ref stays what good
+// tracking gave before it.
+inline constexpr size_t kReferenceKeyframes = 20;
+double ConnectionReference(const Map& map, const DrWeightConfig& config);
 
 // alpha for the variant: 0 means that the edge is not used. kFixed: the constant; kSwitch:
 // alpha_max below switch_q, nothing above; variants without DR in local BA: 0.

@@ -91,11 +91,10 @@ TEST(SmoothedLack, NeverWeakensAnEdge) {
 }
 
 TEST(ConnectionReference, StartsAtTheInitialValueAndBecomesTheMedianOfWellTrackedKeyframes) {
-  const std::vector<KeyframeId> window = {{1}, {2}, {3}, {4}, {5}, {6}};
-  EXPECT_EQ(ConnectionReference(Chain({100, 100}), {{1}, {2}, {3}}, {}), 20);
-  EXPECT_EQ(ConnectionReference(Chain({100, 140, 120, 200, 80}), window, {}), 120);
-  EXPECT_EQ(ConnectionReference(Chain({100, 140, 120, 200, 80}, 60), window, {}), 20);
-  EXPECT_EQ(ConnectionReference(Chain({5, 4, 3, 2, 1}), window, {}), 20);
+  EXPECT_EQ(ConnectionReference(Chain({100, 100}), {}), 20);
+  EXPECT_EQ(ConnectionReference(Chain({100, 140, 120, 200, 80}), {}), 120);
+  EXPECT_EQ(ConnectionReference(Chain({100, 140, 120, 200, 80}, 60), {}), 20);
+  EXPECT_EQ(ConnectionReference(Chain({5, 4, 3, 2, 1}), {}), 20);
 }
 
 }  // namespace

@@ -86,8 +86,7 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
   }
   const bool use_dr = DrInLocalBa(context.variant);
   std::set<KeyframeId> window = CovisibleWindow(map, context);
-  const double reference =
-      ConnectionReference(map, {window.begin(), window.end()}, context.dr_weight);
+  const double reference = ConnectionReference(map, context.dr_weight);
   if (use_dr) AddPredecessors(map, reference, window);
 
   const std::vector<LandmarkId> landmarks = LandmarksOf(map, window);

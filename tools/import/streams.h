@@ -38,9 +38,9 @@ void MakeOrdered(std::vector<Sample>& samples, const std::string& file,
   }
 }
 
-// Pairs (index in a, index in b): for each of a the nearest of b, if their times differ by less than
-// max_difference. One of b may serve two of a: no image of `a` is left out because its neighbour was
-// nearer to the only depth image between them. Both inputs increase.
+// Pairs (index in a, index in b): for each of a the nearest of b, if their times differ by less
+// than max_difference. One of b may serve two of a: no image of `a` is left out because its
+// neighbour was nearer to the only depth image between them. Both inputs increase.
 std::vector<std::pair<size_t, size_t>> AssociateNearest(const std::vector<Utime>& a,
                                                         const std::vector<Utime>& b,
                                                         DurationUs max_difference);

@@ -59,8 +59,8 @@ Result<Recording> ReadTum(const std::filesystem::path& source, const TumOptions&
                  "--camera " + options.camera + ": no such preset; use fr1, fr2 or fr3"};
   }
   camera.kind = CameraKind::kRgbd;
-  // Kinect v1's colour camera has a rolling shutter. Measured: of readouts from 0 to 33 ms, 22 to 26 ms
-  // give the smallest trajectory error on fr1_rpy (docs/results.md).
+  // Kinect v1's colour camera has a rolling shutter. Measured: of readouts from 0 to 33 ms, 22 to
+  // 26 ms give the smallest trajectory error on fr1_rpy (docs/results.md).
   if (options.camera != "fr3") camera.readout_s = 0.026;
   camera.left = options.intrinsics ? *options.intrinsics : *preset;
   camera.depth_unit_m = 1.0 / 5000.0;

@@ -20,8 +20,9 @@ FeatureGrid::FeatureGrid(const std::vector<Feature>& features) {
   columns_ = static_cast<int>((u1 - u0_) / kCell) + 1;
   rows_ = static_cast<int>((v1 - v0_) / kCell) + 1;
   const auto cell = [&](const Feature& f) {
-    return static_cast<size_t>(static_cast<int>((f.v - v0_) / kCell) * columns_ +
-                               static_cast<int>((f.u - u0_) / kCell));
+    const int row = static_cast<int>((f.v - v0_) / kCell);
+    const int column = static_cast<int>((f.u - u0_) / kCell);
+    return static_cast<size_t>(row) * columns_ + column;
   };
   start_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
   for (const Feature& f : features) ++start_[cell(f) + 1];

@@ -377,9 +377,8 @@ void Map::SetLandmark(const LandmarkUpdate& update) {
   // Observations that stay are not touched: most updates only move the point.
   std::vector<Observation> keep;
   for (const Observation& observation : update.observations) {
-    if (!keep.empty() && observation.keyframe <= keep.back().keyframe) {
-      ++num_ignored_;
-    } else if (!keyframes_.contains(observation.keyframe)) {
+    const bool out_of_order = !keep.empty() && observation.keyframe <= keep.back().keyframe;
+    if (out_of_order || !keyframes_.contains(observation.keyframe)) {
       ++num_ignored_;
     } else {
       keep.push_back(observation);

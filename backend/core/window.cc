@@ -67,6 +67,7 @@ std::vector<KeyframeId> Onlookers(const Map& map, const std::vector<LandmarkId>&
   });
   if (ranked.size() > static_cast<size_t>(at_most)) ranked.resize(static_cast<size_t>(at_most));
   std::vector<KeyframeId> out;
+  out.reserve(ranked.size());
   for (const auto& [id, count] : ranked) out.push_back(id);
   return out;
 }

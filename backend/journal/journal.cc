@@ -90,8 +90,8 @@ bool SyncDirectory(const std::string& directory) {
 }
 
 void AppendHash(uint64_t hash, std::vector<uint8_t>& out) {
-  std::vector<uint8_t> payload;
-  for (int i = 0; i < 8; ++i) payload.push_back(static_cast<uint8_t>(hash >> (8 * i)));
+  std::vector<uint8_t> payload(sizeof hash);
+  for (size_t i = 0; i < payload.size(); ++i) payload[i] = static_cast<uint8_t>(hash >> (8 * i));
   AppendRecord(RecordType::kCheckpoint, payload, out);
 }
 

@@ -197,7 +197,7 @@ CornerOffset RefineCorner(const ImageBuffer& image, int x, int y) {
     std::array<uint8_t, kBlock> scores;
     Scores(first, offsets, 0, 2 * kRadius + 1, scores.data());
     for (int dx = -kRadius; dx <= kRadius; ++dx) {
-      const int64_t score = scores[static_cast<size_t>(dx + kRadius)];
+      const int64_t score = scores[dx + kRadius];
       const int64_t weight = score * score * score;
       sum += weight;
       sum_x += weight * dx;
@@ -259,7 +259,8 @@ void OrbDetector::Detect(const ImageBuffer& level, std::vector<Corner>* corners)
   const int rows = (height + kCell - 1) / kCell;
   count_.assign(static_cast<size_t>(columns) * static_cast<size_t>(rows), 0);
   const auto cell_of = [&](const Corner& c) {
-    return static_cast<size_t>((c.y - border_) / kCell * columns + (c.x - border_) / kCell);
+    const int cell = (c.y - border_) / kCell * columns + (c.x - border_) / kCell;
+    return static_cast<size_t>(cell);
   };
   for (const Corner& c : *corners) count_[cell_of(c)] += c.score > threshold_;
   std::erase_if(*corners, [&](const Corner& c) {

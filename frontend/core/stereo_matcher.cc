@@ -103,8 +103,7 @@ void StereoMatcher::Match(const StereoSide& left, const StereoSide& right,
     if (start < kReach || start + kReach >= right_image.width) continue;
     std::array<int, 2 * kSearch + 1> cost;
     for (int s = -kSearch; s <= kSearch; ++s) {
-      cost[static_cast<size_t>(s + kSearch)] =
-          PatchDifference(left_image, x, y, right_image, start + s, y);
+      cost[s + kSearch] = PatchDifference(left_image, x, y, right_image, start + s, y);
     }
     const auto minimum = std::min_element(cost.begin(), cost.end());
     if (minimum == cost.begin() || minimum == cost.end() - 1) continue;

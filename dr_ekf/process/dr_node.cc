@@ -24,6 +24,8 @@ Result<std::unique_ptr<process::Node>> DrNode::Create(const RobotConfig& config)
 }
 
 Result<Done> DrNode::Start(process::Shell& shell) {
+  // Seconds of the clock: a restarted process never continues the count of the one before.
+  first_reset_counter_ = static_cast<uint32_t>(shell.Now().us / 1'000'000);
   Result<Done> ok = Done{};
   if (filter_) {
     ok = shell.Listen<ImuSample>(wire::kImu, [this, &shell](const ImuSample& sample, Utime) {
@@ -46,7 +48,8 @@ Result<Done> DrNode::Start(process::Shell& shell) {
 }
 
 void DrNode::Take(const DrFilter::Output& output, process::Shell& shell) {
-  for (const DrState& state : output.states) {
+  for (DrState state : output.states) {
+    state.reset_counter += first_reset_counter_;
     shell.Publish(wire::kDr, wire::Encode(state));
     PublishPose(state, shell);
   }

@@ -27,6 +27,7 @@ class DrNode : public process::Node {
 
   std::optional<DrFilter> filter_;  // empty: DR is recorded
   PoseComposer composer_;
+  uint32_t first_reset_counter_ = 0;
   DrCounters counters_;  // of the last output, to report what was added
   std::optional<Utime> last_state_;
 };

@@ -99,8 +99,8 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold, State& st
 
   ceres::Solver::Options options;
   options.linear_solver_ordering.reset(ordering);
-  // The reduced camera system of a window is small and nearly full, which favours dense. Where sparse
-  // begins to win was not measured; 120 is a guess well above the default window.
+  // The reduced camera system of a window is small and nearly full, which favours dense. Where
+  // sparse begins to win was not measured; 120 is a guess well above the default window.
   options.linear_solver_type =
       job.keyframes.size() > 120 ? ceres::SPARSE_SCHUR : ceres::DENSE_SCHUR;
   options.dense_linear_algebra_library_type = ceres::EIGEN;

@@ -258,6 +258,9 @@ bool Tracker::Impl::FollowMap(const FeatureFrame& frame, const Prediction& predi
     radius = std::max(radius, 10.0F);
     tracked_.clear();
   }
+  // After a blind span the prior's mean is the drifted pose: it counts with that drift.
+  Prediction start = prediction;
+  if (recovering) start.motion_cov = search_cov;
   // A window that does not reach the true place still finds look-alikes: the share of inliers
   // tells.
   const auto trust = [&](const Association& found) {
@@ -272,9 +275,6 @@ bool Tracker::Impl::FollowMap(const FeatureFrame& frame, const Prediction& predi
     a->num_first_stage =
         matcher_.Match(prediction.T_WC, a->candidates, 0, frame, grid_, {}, &a->match).num_matched;
     if (a->num_first_stage >= config_.min_inliers) {
-      // After a blind span the prior's mean is the drifted pose: it counts with that drift.
-      Prediction start = prediction;
-      if (recovering) start.motion_cov = search_cov;
       const double q = Quality({report->num_detected, a->num_first_stage}, config_.dr_weight);
       Estimate(frame, prediction.T_WC,
                PriorFor(start, VariantScale(config_.variant, q, config_.dr_weight)), a);
@@ -293,8 +293,6 @@ bool Tracker::Impl::FollowMap(const FeatureFrame& frame, const Prediction& predi
     return false;
   }
   if (a->estimate.num_inliers >= config_.min_inliers / 2) {
-    Prediction start = prediction;
-    if (recovering) start.motion_cov = search_cov;
     SearchLocalMap(frame, PriorFor(start, report->alpha), a);
   }
   if (a->estimate.num_inliers < config_.min_inliers * (recovering ? 2 : 1)) {

@@ -4,15 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/sim/part_tolerance.h"
+
 namespace gw::sim {
 namespace {
 
 constexpr double kSlipLength = 0.3;  // m over which slip is alike
-
-double DrawError(CounterRng* rng, double size) {
-  const double sign = rng->Below(2) == 0 ? -1 : 1;
-  return sign * rng->Uniform(0.6, 1.4) * size;
-}
 
 }  // namespace
 

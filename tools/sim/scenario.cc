@@ -120,6 +120,7 @@ void ReadImu(const YAML::Node& node, YamlReport* report, ImuConfig* imu) {
   map.Number("gyro_noise", &imu->gyro_noise, 1e-7, 1);
   map.Number("gyro_walk", &imu->gyro_walk, 0, 1);
   map.Number("gyro_bias", &imu->gyro_bias, 0, 1);
+  map.Number("gyro_scale_error", &imu->gyro_scale_error, 0, 0.2);
   map.Number("accel_noise", &imu->accel_noise, 1e-6, 10);
   map.Number("accel_walk", &imu->accel_walk, 0, 10);
   map.Number("accel_bias", &imu->accel_bias, 0, 5);

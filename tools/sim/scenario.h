@@ -45,9 +45,11 @@ enum class CameraMode { kStereo, kRgbd };
 
 struct ImuConfig {
   double rate_hz = 200;
-  double gyro_noise = 2.4e-4;   // rad/s/sqrt(Hz); BMI055: 0.014 deg/s/sqrt(Hz)
-  double gyro_walk = 3e-5;      // rad/s^2/sqrt(Hz)
-  double gyro_bias = 0.004;     // rad/s, sigma of the bias at the start
+  double gyro_noise = 2.4e-4;  // rad/s/sqrt(Hz); BMI055: 0.014 deg/s/sqrt(Hz)
+  double gyro_walk = 3e-5;     // rad/s^2/sqrt(Hz)
+  double gyro_bias = 0.004;    // rad/s, sigma of the bias at the start
+  // Relative, each axis; a size as in BaseConfig. BMI055: 1 % typical, not calibrated in a D435i.
+  double gyro_scale_error = 0.008;
   double accel_noise = 1.5e-3;  // m/s^2/sqrt(Hz); BMI055: 150 ug/sqrt(Hz)
   double accel_walk = 3e-4;     // m/s^3/sqrt(Hz)
   double accel_bias = 0.05;     // m/s^2

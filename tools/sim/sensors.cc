@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "common/core/random.h"
+#include "tools/sim/part_tolerance.h"
 
 namespace gw::sim {
 namespace {
@@ -22,6 +23,7 @@ ImuSensor::ImuSensor(const ImuConfig& config, const SE3& T_BI, uint64_t seed)
   CounterRng rng(seed, 0x1B1A5, 0);
   gyro_bias_ = config.gyro_bias * Normal3(&rng);
   accel_bias_ = config.accel_bias * Normal3(&rng);
+  for (int i = 0; i < 3; ++i) gyro_scale_[i] = 1 + DrawError(&rng, config.gyro_scale_error);
 }
 
 ImuSample ImuSensor::Measure(Utime end, double dt, const SE3& T_GB, const Eigen::Vector3d& v_GI) {
@@ -39,7 +41,8 @@ ImuSample ImuSensor::Measure(Utime end, double dt, const SE3& T_GB, const Eigen:
   sample.utime = end - DurationFromSeconds(dt / 2);
   sample.seq = seq_++;
   const Eigen::Vector3d turn = LogSO3(q_GI_before_.conjugate() * q_GI);
-  sample.w_I_rad_s = turn / dt + gyro_bias_ + config_.gyro_noise / std::sqrt(dt) * Normal3(&rng);
+  sample.w_I_rad_s = gyro_scale_.cwiseProduct(turn) / dt + gyro_bias_ +
+                     config_.gyro_noise / std::sqrt(dt) * Normal3(&rng);
   const Eigen::Vector3d a_G = (v_GI - v_before_) / dt + Eigen::Vector3d(0, 0, kGravity);
   const Eigen::Quaterniond q_middle = q_GI_before_ * ExpSO3(0.5 * turn);
   sample.a_I_m_s2 = q_middle.conjugate() * a_G + accel_bias_ +

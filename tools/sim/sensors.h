@@ -31,7 +31,7 @@ class ImuSensor {
   bool first_ = true;
   Eigen::Quaterniond q_GI_before_ = Eigen::Quaterniond::Identity();
   Eigen::Vector3d v_before_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d gyro_bias_, accel_bias_;
+  Eigen::Vector3d gyro_bias_, gyro_scale_, accel_bias_;
   int64_t seq_ = 0;
 };
 

@@ -64,6 +64,7 @@ TEST(ImuSensor, MeasuresRotationAndGravityInItsOwnFrame) {
   ImuConfig quiet;
   quiet.gyro_bias = quiet.accel_bias = quiet.gyro_walk = quiet.accel_walk = 0;
   quiet.gyro_noise = quiet.accel_noise = 1e-9;
+  quiet.gyro_scale_error = 0;
   // The IMU's y axis points down: gravity's reaction is along -y, a turn to the left along -y too.
   const SE3 T_BI(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0, 0.2});
   ImuSensor imu(quiet, T_BI, 1);
@@ -75,6 +76,24 @@ TEST(ImuSensor, MeasuresRotationAndGravityInItsOwnFrame) {
   EXPECT_NEAR(sample.w_I_rad_s.y(), -1.0, 1e-6);
   EXPECT_NEAR(sample.a_I_m_s2.y(), -9.80665, 1e-6);
   EXPECT_EQ(sample.utime.us, 47500) << "the middle of the interval";
+}
+
+TEST(ImuSensor, EveryAxisOfTheGyroHasItsOwnScale) {
+  ImuConfig quiet;
+  quiet.gyro_bias = quiet.gyro_walk = 0;
+  quiet.gyro_noise = 1e-9;
+  quiet.gyro_scale_error = 0.01;
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    ImuSensor imu(quiet, SE3(), seed);
+    Eigen::Vector3d w;
+    for (int i = 0; i < 3; ++i) {
+      w = imu.Measure(Utime{5000 * (i + 1)}, 0.005, SE3(ExpSO3({0, 0, 0.005 * i}), {0, 0, 0}),
+                      Eigen::Vector3d::Zero())
+              .w_I_rad_s;
+    }
+    EXPECT_GE(std::abs(w.z() - 1), 0.006 - 1e-6) << seed;
+    EXPECT_LE(std::abs(w.z() - 1), 0.014 + 1e-6) << seed;
+  }
 }
 
 // Drives for `seconds`; error of the wheels' odometry over every 10 m, share of the way.

@@ -13,23 +13,8 @@ constexpr double kSlipLength = 0.3;  // m over which slip is alike
 
 }  // namespace
 
-double DistanceAt(const FloorMap& map, const std::vector<float>& distance,
-                  const Eigen::Vector2d& p) {
-  const Eigen::Vector2d at = (p - map.origin) / map.resolution - Eigen::Vector2d(0.5, 0.5);
-  const int x = static_cast<int>(std::floor(at.x()));
-  const int y = static_cast<int>(std::floor(at.y()));
-  const double fx = at.x() - x, fy = at.y() - y;
-  const auto value = [&](int ix, int iy) {
-    ix = std::clamp(ix, 0, map.width - 1);
-    iy = std::clamp(iy, 0, map.height - 1);
-    return static_cast<double>(distance[map.index(ix, iy)]);
-  };
-  return (1 - fy) * ((1 - fx) * value(x, y) + fx * value(x + 1, y)) +
-         fy * ((1 - fx) * value(x, y + 1) + fx * value(x + 1, y + 1));
-}
-
-Base::Base(const BaseConfig& config, const FloorMap& obstacles, const std::vector<float>& distance,
-           uint64_t seed)
+Base::Base(const BaseConfig& config, const floorplan::FloorMap& obstacles,
+           const std::vector<float>& distance, uint64_t seed)
     : config_(config),
       obstacles_(obstacles),
       distance_(distance),
@@ -82,10 +67,11 @@ void Base::Step(double time_s, double dt, const Disturbance& disturbance) {
   const Eigen::Vector2d sideways(-forward.y(), forward.x());
   const Eigen::Vector2d next =
       position_ + dt * ((v + disturbance.push_v.x()) * forward + disturbance.push_v.y() * sideways);
-  const double distance = DistanceAt(obstacles_, distance_, next);
+  const double distance = floorplan::DistanceAt(obstacles_, distance_, next);
   bumper_ = distance < config_.radius_m;
   // In contact the wheels turn on, but the body moves only away from the obstacle.
-  if (!bumper_ || distance > DistanceAt(obstacles_, distance_, position_)) position_ = next;
+  if (!bumper_ || distance > floorplan::DistanceAt(obstacles_, distance_, position_))
+    position_ = next;
   yaw_ = std::remainder(yaw_ + w * dt, 2 * std::numbers::pi);
 }
 

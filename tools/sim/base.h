@@ -7,7 +7,7 @@
 #include <deque>
 #include <vector>
 
-#include "tools/sim/floor_map.h"
+#include "tools/floorplan/floor_map.h"
 #include "tools/sim/smooth_noise.h"
 
 namespace gw::sim {
@@ -41,8 +41,8 @@ struct Disturbance {
 class Base {
  public:
   // distance: DistanceToOccupied of `obstacles`. Both must outlive the base.
-  Base(const BaseConfig& config, const FloorMap& obstacles, const std::vector<float>& distance,
-       uint64_t seed);
+  Base(const BaseConfig& config, const floorplan::FloorMap& obstacles,
+       const std::vector<float>& distance, uint64_t seed);
 
   void Place(const Eigen::Vector2d& p, double yaw) {
     position_ = p;
@@ -67,7 +67,7 @@ class Base {
     double time_s, v, w;
   };
   BaseConfig config_;
-  const FloorMap& obstacles_;
+  const floorplan::FloorMap& obstacles_;
   const std::vector<float>& distance_;
   double left_scale_, right_scale_, track_;
   SmoothNoise slip_noise_, heading_noise_;
@@ -80,9 +80,5 @@ class Base {
   double yaw_ = 0;
   bool bumper_ = false;
 };
-
-// Distance to the nearest obstacle at any point, interpolated between cell centres.
-double DistanceAt(const FloorMap& map, const std::vector<float>& distance,
-                  const Eigen::Vector2d& p);
 
 }  // namespace gw::sim

@@ -17,8 +17,8 @@
 #include "common/process/clock.h"
 #include "common/process/event_log.h"
 #include "lcmtypes/wire/channels.h"
-#include "tools/sim/floor_map.h"
-#include "tools/sim/planner.h"
+#include "tools/floorplan/floor_map.h"
+#include "tools/floorplan/planner.h"
 #include "tools/sim/scenario.h"
 #include "tools/sim/simulation.h"
 
@@ -51,13 +51,13 @@ Result<Scenario> LoadAll(const Arguments& a) {
     return Error{ErrorCode::kBadConfig, a.scenario + ":1: names no map, and --map is not given"};
   }
   if (!a.waypoints.empty()) {
-    auto waypoints = LoadWaypoints(a.waypoints);
+    auto waypoints = floorplan::LoadWaypoints(a.waypoints);
     if (!waypoints) return waypoints.error();
     scenario.waypoints = *std::move(waypoints);
     if (a.path.empty()) scenario.visit.clear();
   }
   if (!a.path.empty()) {
-    auto order = LoadVisitOrder(a.path, static_cast<int>(scenario.waypoints.size()));
+    auto order = floorplan::LoadVisitOrder(a.path, static_cast<int>(scenario.waypoints.size()));
     if (!order) return order.error();
     scenario.visit = *std::move(order);
   }
@@ -104,15 +104,16 @@ constexpr double kCorridorHalfWidth = 1.6;  // m, around a recorded way without 
 Result<std::unique_ptr<Simulation>> CreateSimulation(const Arguments& a, const Scenario& scenario,
                                                      Drive drive, Utime start) {
   if (a.trajectory.empty()) {
-    const auto map = LoadFloorMap(scenario.map);
+    const auto map = floorplan::LoadFloorMap(scenario.map);
     if (!map) return map.error();
     return Simulation::Create(scenario, *map, drive, start, a.threads);
   }
   auto motion = RecordedMotion::Load(a.trajectory, a.odometry);
   if (!motion) return motion.error();
   // The scenario's own map has nothing to do with the recording.
-  const auto map = a.map.empty() ? Result<FloorMap>(motion->CorridorAround(kCorridorHalfWidth))
-                                 : LoadFloorMap(a.map);
+  const auto map = a.map.empty()
+                       ? Result<floorplan::FloorMap>(motion->CorridorAround(kCorridorHalfWidth))
+                       : floorplan::LoadFloorMap(a.map);
   if (!map) return map.error();
   return Simulation::Create(scenario, *map, *std::move(motion), start, a.threads);
 }
@@ -151,7 +152,7 @@ Result<Done> Run(const Arguments& a) {
       const auto subscribed =
           bus->Subscribe(wire::kBaseCommand, [&sim](std::span<const uint8_t> message, Utime) {
             const auto command = wire::Decode<BaseCommand>(message);
-            if (command) sim.Command(command->v_m_s, command->w_rad_s);
+            if (command) sim.Command(*command);
           });
       if (!subscribed) return subscribed.error();
     }
@@ -195,6 +196,10 @@ Result<Done> Run(const Arguments& a) {
     std::error_code error;
     std::filesystem::rename(part, a.log, error);
     if (error) return Error{ErrorCode::kIo, a.log + ": " + error.message()};
+  }
+  if (sim.commands_refused() > 0) {
+    std::fprintf(stderr, "gw-sim: warning: %lld commands were older than 0.3 s and refused\n",
+                 static_cast<long long>(sim.commands_refused()));
   }
   const double elapsed = progress.Elapsed();
   std::fprintf(stderr, "gw-sim: done: %.1f s, %lld images (%.1f a second), %d of %d stops%s\n",

@@ -122,22 +122,22 @@ double RecordedMotion::odometry_rate_hz() const {
   return span > 0 ? static_cast<double>(odometry_.size() - 1) / span : 20;
 }
 
-FloorMap RecordedMotion::CorridorAround(double half_width) const {
+floorplan::FloorMap RecordedMotion::CorridorAround(double half_width) const {
   const double margin = half_width + 1.5;
   Eigen::AlignedBox2d bounds;
   for (double t = 0; t <= duration_s_; t += kKnotSpacing) bounds.extend(At(t).position);
-  FloorMap map;
+  floorplan::FloorMap map;
   map.resolution = 0.1;
   map.origin = bounds.min() - Eigen::Vector2d(margin, margin);
   map.width = static_cast<int>((bounds.sizes().x() + 2 * margin) / map.resolution) + 1;
   map.height = static_cast<int>((bounds.sizes().y() + 2 * margin) / map.resolution) + 1;
   map.occupied.assign(static_cast<size_t>(map.width) * map.height, 0);
-  FloorMap way = map;
+  floorplan::FloorMap way = map;
   for (double t = 0; t <= duration_s_; t += kKnotSpacing / 2) {
     const Eigen::Vector2i cell = way.CellOf(At(t).position);
     way.occupied[way.index(cell.x(), cell.y())] = 1;
   }
-  const std::vector<float> distance = DistanceToOccupied(way, margin);
+  const std::vector<float> distance = floorplan::DistanceToOccupied(way, margin);
   for (size_t i = 0; i < distance.size(); ++i) {
     map.occupied[i] = distance[i] > half_width && distance[i] < half_width + 0.4 ? 1 : 0;
   }

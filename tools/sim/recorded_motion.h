@@ -8,7 +8,7 @@
 
 #include "common/core/result.h"
 #include "common/core/se3.h"
-#include "tools/sim/floor_map.h"
+#include "tools/floorplan/floor_map.h"
 
 namespace gw::sim {
 
@@ -38,7 +38,7 @@ class RecordedMotion {
   double odometry_rate_hz() const;
 
   // A floor with walls `half_width` metres on both sides of the way.
-  FloorMap CorridorAround(double half_width) const;
+  floorplan::FloorMap CorridorAround(double half_width) const;
 
  private:
   double duration_s_ = 0;

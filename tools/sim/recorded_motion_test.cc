@@ -45,7 +45,7 @@ TEST_F(RecordedMotionFile, TheCurveStaysCloseToTheRecordingAndInsideItsCorridor)
   ASSERT_TRUE(motion.ok()) << motion.error().message;
   EXPECT_NEAR(motion->duration_s(), 18.5, 0.1);
   EXPECT_NEAR(motion->odometry_rate_hz(), 20, 0.5);
-  const FloorMap map = motion->CorridorAround(1.5);
+  const floorplan::FloorMap map = motion->CorridorAround(1.5);
   for (double t = 0; t < motion->duration_s(); t += 0.013) {
     const double a = (t + 0.5) / 4;
     const auto at = motion->At(t);

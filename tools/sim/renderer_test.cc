@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "common/core/random.h"
+#include "tools/floorplan/test_room.h"
 #include "tools/sim/camera_sensor.h"
-#include "tools/sim/test_room.h"
 
 namespace gw::sim {
 namespace {
@@ -17,7 +17,7 @@ const SE3 kT_BC(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0, 0.25});
 World TexturedRoom() {
   WorldConfig config;
   config.walls = WallStyle::kTextured;
-  return World(RoomForTest(), config, {1, 1}, {}, 3);
+  return World(floorplan::RoomForTest(), config, {1, 1}, {}, 3);
 }
 
 // Standing somewhere in the room, not in the pillar.

@@ -21,7 +21,7 @@ const std::vector<std::pair<const char*, EventKind>> kEventKinds = {
 
 constexpr double kFar = 1e5;  // m
 
-void ReadWaypoints(StrictMap* map, std::vector<Waypoint>* out) {
+void ReadWaypoints(StrictMap* map, std::vector<floorplan::Waypoint>* out) {
   const YAML::Node list = map->Take("waypoints");
   if (!list.IsDefined()) return;
   if (!list.IsSequence()) {
@@ -144,10 +144,10 @@ void ReadBase(const YAML::Node& node, YamlReport* report, Scenario* s) {
 
 void ReadDrive(const YAML::Node& node, YamlReport* report, FollowerConfig* drive) {
   StrictMap map(node, "drive", report);
-  map.Number("max_m_s", &drive->max_v, 0.05, 0.7);
-  double max_deg_s = drive->max_w * 180 / 3.141592653589793;
+  map.Number("max_m_s", &drive->pursuit.max_v, 0.05, 0.7);
+  double max_deg_s = drive->pursuit.max_w * 180 / 3.141592653589793;
   map.Number("max_deg_s", &max_deg_s, 5, 110);
-  drive->max_w = max_deg_s * 3.141592653589793 / 180;
+  drive->pursuit.max_w = max_deg_s * 3.141592653589793 / 180;
   map.Flag("turn_at_waypoints", &drive->turn_at_waypoints);
   map.Number("pause_s", &drive->pause_s, 0, 60);
   map.Finish();

@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "common/core/result.h"
+#include "tools/floorplan/waypoints.h"
 #include "tools/sim/base.h"
 #include "tools/sim/camera_sensor.h"
 #include "tools/sim/depth_sensor.h"
-#include "tools/sim/planner.h"
+#include "tools/sim/path_follower.h"
 #include "tools/sim/world.h"
 
 namespace gw::sim {
@@ -33,7 +34,7 @@ struct Event {
   double strength = 4, azimuth_deg = 0;
   double traction = 0.4;
   double dx = 0, dy = 0, dyaw_deg = 0;
-  Waypoint to;
+  floorplan::Waypoint to;
   double share = 0.5;
   double delay_ms = 100;
 
@@ -58,7 +59,7 @@ struct ImuConfig {
 struct Scenario {
   std::string name;
   std::string map;  // path of map.yaml
-  std::vector<Waypoint> waypoints;
+  std::vector<floorplan::Waypoint> waypoints;
   std::vector<int> visit;  // indices of waypoints; empty: all in order
   int laps = 1;            // how often the order is driven; it must end where it begins if above 1
   int seed = 1;

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "tools/sim/floor_map.h"
+#include "tools/floorplan/floor_map.h"
 
 namespace gw::sim {
 namespace {
@@ -28,11 +28,11 @@ TEST(Scenario, EveryShippedScenarioLoadsAndItsWaypointsCanBeDriven) {
     const auto scenario = LoadScenario(entry.path().string());
     ASSERT_TRUE(scenario.ok()) << scenario.error().message;
     EXPECT_EQ(scenario->name, entry.path().stem().string());
-    const auto map = LoadFloorMap(scenario->map);
+    const auto map = floorplan::LoadFloorMap(scenario->map);
     ASSERT_TRUE(map.ok()) << map.error().message;
-    std::vector<Waypoint> stops;
+    std::vector<floorplan::Waypoint> stops;
     for (const int index : scenario->visit) stops.push_back(scenario->waypoints[index]);
-    const auto legs = PlanLegs(*map, stops, scenario->base.radius_m + 0.06);
+    const auto legs = floorplan::PlanLegs(*map, stops, scenario->base.radius_m + 0.06);
     EXPECT_TRUE(legs.ok()) << entry.path() << ": " << legs.error().message;
   }
   EXPECT_GE(count, 1);

@@ -98,7 +98,7 @@ TEST(ImuSensor, EveryAxisOfTheGyroHasItsOwnScale) {
 
 // Drives for `seconds`; error of the wheels' odometry over every 10 m, share of the way.
 double MeanDrift(uint64_t seed) {
-  FloorMap hall;
+  floorplan::FloorMap hall;
   hall.width = hall.height = 1000;
   hall.resolution = 0.5;
   hall.origin = {-250, -250};

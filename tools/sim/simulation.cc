@@ -8,6 +8,7 @@
 #include "common/core/random.h"
 #include "common/core/version.h"
 #include "lcmtypes/wire/channels.h"
+#include "tools/floorplan/planner.h"
 
 namespace gw::sim {
 namespace {
@@ -16,9 +17,9 @@ constexpr double kStep = 0.001;    // s
 constexpr double kWheelRate = 50;  // Hz
 constexpr int kTruthEveryMs = 10;
 constexpr int kControlEveryMs = 50;
-constexpr double kCommandLifetime = 0.6;  // s
-constexpr double kClearance = 0.06;       // m beside the robot that the planned way keeps free
-constexpr double kRunOut = 1.0;           // s after the last stop
+constexpr int kObeyEveryMs = 20;     // as gw-kobuki
+constexpr double kClearance = 0.06;  // m beside the robot that the planned way keeps free
+constexpr double kRunOut = 1.0;      // s after the last stop
 constexpr DurationUs kImageTransfer = Milliseconds(14);  // from the end of the exposure
 constexpr DurationUs kImuTransfer = Milliseconds(4);
 constexpr double kSunElevation = 0.2;  // rad
@@ -71,23 +72,6 @@ ImageView View(const Pinhole& camera, const void* data, PixelFormat format) {
           camera.width * BytesPerPixel(format), format};
 }
 
-// The stops of all laps.
-std::vector<Waypoint> Stops(const Scenario& s) {
-  std::vector<int> order = s.visit;
-  if (order.empty()) {
-    for (size_t i = 0; i < s.waypoints.size(); ++i) order.push_back(static_cast<int>(i));
-  }
-  std::vector<Waypoint> stops;
-  for (int lap = 0; lap < s.laps; ++lap) {
-    // A lap begins where the one before ended.
-    const bool closed = !order.empty() && order.front() == order.back();
-    for (size_t i = lap > 0 && closed ? 1 : 0; i < order.size(); ++i) {
-      stops.push_back(s.waypoints[order[i]]);
-    }
-  }
-  return stops;
-}
-
 uint64_t NoiseKey(uint64_t seed, int64_t frame, uint64_t eye) {
   return CounterRng(seed, 0xE7E + eye, static_cast<uint64_t>(frame)).NextU64();
 }
@@ -101,6 +85,7 @@ Simulation::Simulation(const Scenario& scenario, Drive drive, Utime start, int t
       now_(start),
       robot_config_(MakeRobotConfig(scenario)),
       pool_(threads),
+      shaper_(robot_config_.drivers.kobuki),
       floor_(scenario.seed, scenario.floor_roughness),
       left_eye_(scenario.pinhole, scenario.imager, &pool_),
       right_eye_(scenario.pinhole, scenario.imager, &pool_),
@@ -110,38 +95,42 @@ Simulation::Simulation(const Scenario& scenario, Drive drive, Utime start, int t
               scenario.wheel_delay_s, scenario.seed) {}
 
 Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
-                                                       const FloorMap& map, Drive drive,
+                                                       const floorplan::FloorMap& map, Drive drive,
                                                        Utime start, int threads) {
   std::unique_ptr<Simulation> sim(new Simulation(scenario, drive, start, threads));
   std::stable_sort(sim->scenario_.events.begin(), sim->scenario_.events.end(),
                    [](const Event& a, const Event& b) { return a.at_s < b.at_s; });
-  sim->stops_ = Stops(scenario);
+  for (const int index : floorplan::StopsOfLaps(static_cast<int>(scenario.waypoints.size()),
+                                                scenario.visit, scenario.laps)) {
+    sim->stops_.push_back(scenario.waypoints[index]);
+  }
   if (sim->stops_.empty()) {
     return Error{ErrorCode::kBadData,
                  "no waypoints: give --waypoints, or `waypoints` in the scenario"};
   }
   const double clearance = scenario.base.radius_m + kClearance;
-  sim->stops_ = MoveStopsFromWalls(map, std::move(sim->stops_), clearance);
-  auto legs = PlanLegs(map, sim->stops_, clearance);
+  sim->stops_ = floorplan::MoveStopsFromWalls(map, std::move(sim->stops_), clearance);
+  auto legs = floorplan::PlanLegs(map, sim->stops_, clearance);
   if (!legs) return legs.error();
   std::vector<Eigen::Vector2d> keep_free;
-  for (const Waypoint& stop : sim->stops_) keep_free.push_back(stop.position);
-  for (const Leg& leg : *legs) keep_free.insert(keep_free.end(), leg.begin(), leg.end());
+  for (const floorplan::Waypoint& stop : sim->stops_) keep_free.push_back(stop.position);
+  for (const floorplan::Leg& leg : *legs) keep_free.insert(keep_free.end(), leg.begin(), leg.end());
   for (const Event& event : scenario.events) {
     if (event.kind != EventKind::kKidnap) continue;
     keep_free.push_back(event.to.position);
-    const auto way = PlanLegs(map, {event.to, sim->stops_.front()}, clearance);
+    const auto way = floorplan::PlanLegs(map, {event.to, sim->stops_.front()}, clearance);
     if (!way) return Error{ErrorCode::kBadData, "kidnap: " + way.error().message};
     keep_free.insert(keep_free.end(), way->front().begin(), way->front().end());
   }
   sim->Build(map, sim->stops_.front(), keep_free);
-  sim->follower_ = std::make_unique<PathFollower>(sim->stops_, *std::move(legs), scenario.drive);
+  sim->follower_ = std::make_unique<PathFollower>(sim->stops_, *legs, scenario.drive);
   return sim;
 }
 
 Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
-                                                       const FloorMap& map, RecordedMotion motion,
-                                                       Utime start, int threads) {
+                                                       const floorplan::FloorMap& map,
+                                                       RecordedMotion motion, Utime start,
+                                                       int threads) {
   std::unique_ptr<Simulation> sim(new Simulation(scenario, Drive::kPath, start, threads));
   std::erase_if(sim->scenario_.events,
                 [](const Event& event) { return event.kind == EventKind::kKidnap; });
@@ -160,16 +149,16 @@ Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
   sim->robot_config_.calibration.wheel.rate_hz = std::round(motion.odometry_rate_hz());
   sim->recorded_ = std::move(motion);
   sim->Build(map, {first.position, first.yaw}, way);
-  sim->follower_ =
-      std::make_unique<PathFollower>(std::vector<Waypoint>{}, std::vector<Leg>{}, scenario.drive);
+  sim->follower_ = std::make_unique<PathFollower>(std::vector<floorplan::Waypoint>{},
+                                                  std::vector<floorplan::Leg>{}, scenario.drive);
   return sim;
 }
 
-void Simulation::Build(const FloorMap& map, const Waypoint& first,
+void Simulation::Build(const floorplan::FloorMap& map, const floorplan::Waypoint& first,
                        const std::vector<Eigen::Vector2d>& keep_free) {
   const auto seed = static_cast<uint64_t>(scenario_.seed);
   world_ = std::make_unique<World>(map, scenario_.world, first.position, keep_free, seed);
-  distance_ = DistanceToOccupied(world_->obstacles(), 2.0);
+  distance_ = floorplan::DistanceToOccupied(world_->obstacles(), 2.0);
   base_ = std::make_unique<Base>(scenario_.base, world_->obstacles(), distance_, seed);
   base_->Place(first.position, first.yaw);
   renderer_ = std::make_unique<Renderer>(*world_, scenario_.pinhole, &pool_);
@@ -226,19 +215,18 @@ void Simulation::Truth(Utime at, const SE3& T_GB) {
   Send(at, kTruthRank, wire::kGroundTruth, wire::Encode(GroundTruth{at, ++truth_seq_, T_GB}));
 }
 
-void Simulation::Command(double v_m_s, double w_rad_s) {
-  commanded_at_s_ = seconds();
-  base_->Command(seconds(), v_m_s, w_rad_s);
+void Simulation::Command(const BaseCommand& command) {
+  commands_refused_ += !shaper_.Push(command, now_);
 }
 
-Result<Done> Simulation::Replan(const Waypoint& from) {
+Result<Done> Simulation::Replan(const floorplan::Waypoint& from) {
   legs_before_replan_ += follower_->legs_done();
-  std::vector<Waypoint> stops = {from};
+  std::vector<floorplan::Waypoint> stops = {from};
   stops.insert(stops.end(), stops_.begin() + std::min(num_stops(), legs_before_replan_ + 1),
                stops_.end());
-  auto legs = PlanLegs(world_->obstacles(), stops, scenario_.base.radius_m + kClearance);
+  auto legs = floorplan::PlanLegs(world_->obstacles(), stops, scenario_.base.radius_m + kClearance);
   if (!legs) return legs.error();
-  follower_ = std::make_unique<PathFollower>(stops, *std::move(legs), scenario_.drive);
+  follower_ = std::make_unique<PathFollower>(stops, *legs, scenario_.drive);
   return Done{};
 }
 
@@ -278,19 +266,22 @@ Disturbance Simulation::DisturbanceNow() const {
   return d;
 }
 
-void Simulation::Control() {
+void Simulation::FollowPath() {
   const double t = seconds();
-  if (drive_ == Drive::kExternal) {
-    if (commanded_at_s_ >= 0 && t - commanded_at_s_ > kCommandLifetime) {
-      base_->Command(t, 0, 0);
-      commanded_at_s_ = -1;
-    }
-    return;
-  }
   if (t < scenario_.rest_s) return;
-  const PathFollower::Output out = follower_->Update(t, base_->position(), base_->yaw());
-  base_->Command(t, out.v, out.w);
-  if (out.finished && finished_at_s_ < 0) finished_at_s_ = t;
+  const floorplan::Speed speed = follower_->Update(t, base_->position(), base_->yaw());
+  base_->Command(t, speed.v, speed.w);
+  if (follower_->finished() && finished_at_s_ < 0) finished_at_s_ = t;
+}
+
+void Simulation::ObeyCommand() {
+  guard_.Sense({.bumper = base_->bumper()}, now_);
+  kobuki::Twist driving = shaper_.Step(guard_.Filter(shaper_.Wanted(now_), now_), now_);
+  if (guard_.stop() != kobuki::SafetyGuard::Stop::kNone && driving.v_m_s > 0) {
+    shaper_.Halt();
+    driving = {};
+  }
+  base_->Command(seconds(), driving.v_m_s, driving.w_rad_s);
 }
 
 bool Simulation::Step() {
@@ -305,7 +296,8 @@ bool Simulation::Step() {
     const RecordedMotion::Planar at = recorded_->At(t + kStep);
     base_->Place(at.position, at.yaw);
   } else {
-    if (ms % kControlEveryMs == 0) Control();
+    if (drive_ == Drive::kPath && ms % kControlEveryMs == 0) FollowPath();
+    if (drive_ == Drive::kExternal && ms % kObeyEveryMs == 0) ObeyCommand();
     base_->Step(t, kStep, DisturbanceNow());
   }
   bumper_hit_ = bumper_hit_ || base_->bumper();

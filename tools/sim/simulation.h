@@ -14,12 +14,15 @@
 
 #include "common/config/robot_config.h"
 #include "common/core/result.h"
+#include "drivers/kobuki/core/command_shaper.h"
+#include "drivers/kobuki/core/safety_guard.h"
 #include "lcmtypes/wire/wire.h"
+#include "tools/floorplan/floor_map.h"
+#include "tools/floorplan/waypoints.h"
 #include "tools/sim/base.h"
 #include "tools/sim/camera_sensor.h"
-#include "tools/sim/floor_map.h"
 #include "tools/sim/floor_profile.h"
-#include "tools/sim/planner.h"
+#include "tools/sim/path_follower.h"
 #include "tools/sim/recorded_motion.h"
 #include "tools/sim/renderer.h"
 #include "tools/sim/scenario.h"
@@ -43,12 +46,14 @@ class Simulation {
  public:
   // start: stamp of the first instant. threads: that render. Error kBadData: a waypoint or the
   // target of a kidnap is in a wall or cannot be reached.
-  static Result<std::unique_ptr<Simulation>> Create(const Scenario& scenario, const FloorMap& map,
-                                                    Drive drive, Utime start, int threads);
+  static Result<std::unique_ptr<Simulation>> Create(const Scenario& scenario,
+                                                    const floorplan::FloorMap& map, Drive drive,
+                                                    Utime start, int threads);
 
   // Along a recorded robot's way, with its odometry: no waypoints, no commands, and events that
   // move the robot have no effect.
-  static Result<std::unique_ptr<Simulation>> Create(const Scenario& scenario, const FloorMap& map,
+  static Result<std::unique_ptr<Simulation>> Create(const Scenario& scenario,
+                                                    const floorplan::FloorMap& map,
                                                     RecordedMotion motion, Utime start,
                                                     int threads);
 
@@ -56,8 +61,10 @@ class Simulation {
   bool Step();
   // What has arrived by now; with `all`, also what is still under way.
   std::vector<Outgoing> Take(bool all = false);
-  // From BASE_COMMAND; for Drive::kExternal. Forgotten after 0.6 s, as a Kobuki does.
-  void Command(double v_m_s, double w_rad_s);
+  // From BASE_COMMAND; for Drive::kExternal. Treated as gw-kobuki treats it with its default
+  // configuration: refused when older than 0.3 s, forgotten after as long, ramped, and no forward
+  // speed after the bumper was hit until something else was commanded.
+  void Command(const BaseCommand& command);
 
   Utime now() const { return now_; }
   double seconds() const { return (now_ - start_).seconds(); }
@@ -65,6 +72,7 @@ class Simulation {
   int stops_reached() const;
   int num_stops() const { return static_cast<int>(stops_.size()); }
   bool bumper_hit() const { return bumper_hit_; }  // at any time so far
+  int64_t commands_refused() const { return commands_refused_; }
   const SE3& T_GB() const { return T_GB_; }
   const World& world() const { return *world_; }
   const RobotConfig& robot_config() const { return robot_config_; }
@@ -72,12 +80,13 @@ class Simulation {
  private:
   Simulation(const Scenario& scenario, Drive drive, Utime start, int threads);
 
-  void Build(const FloorMap& map, const Waypoint& first,
+  void Build(const floorplan::FloorMap& map, const floorplan::Waypoint& first,
              const std::vector<Eigen::Vector2d>& keep_free);
   void SendRecordedOdometry();
   Disturbance DisturbanceNow() const;
-  void Control();
-  Result<Done> Replan(const Waypoint& from);
+  void FollowPath();
+  void ObeyCommand();
+  Result<Done> Replan(const floorplan::Waypoint& from);
   void BeginEvents();
   void TakeImage(Utime at, const SE3& T_GB, const CameraMotion& motion);
   void Measure(const SE3& T_GB_before, Utime before);
@@ -90,12 +99,14 @@ class Simulation {
   Utime start_, now_;
   RobotConfig robot_config_;
   WorkerPool pool_;
-  std::vector<Waypoint> stops_;
+  std::vector<floorplan::Waypoint> stops_;
   std::unique_ptr<World> world_;
   std::vector<float> distance_;  // to the obstacles of world_
   std::unique_ptr<Base> base_;
   std::unique_ptr<PathFollower> follower_;
   int legs_before_replan_ = 0;
+  kobuki::CommandShaper shaper_;
+  kobuki::SafetyGuard guard_;
   std::optional<RecordedMotion> recorded_;
   size_t next_odometry_ = 1;
   FloorProfile floor_;
@@ -108,7 +119,7 @@ class Simulation {
   SE3 T_GB_;
   Eigen::Vector3d p_GI_ = Eigen::Vector3d::Zero();
   double finished_at_s_ = -1;
-  double commanded_at_s_ = -1;
+  int64_t commands_refused_ = 0;
   bool bumper_hit_ = false;
   size_t next_event_ = 0;  // in order of time
   int64_t frame_ = 0, imu_count_ = 0, wheel_count_ = 0, truth_seq_ = 0, note_seq_ = 0;

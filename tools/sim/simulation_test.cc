@@ -5,7 +5,7 @@
 
 #include "common/core/hash.h"
 #include "lcmtypes/wire/channels.h"
-#include "tools/sim/test_room.h"
+#include "tools/floorplan/test_room.h"
 
 namespace gw::sim {
 namespace {
@@ -24,7 +24,8 @@ Scenario ShortDrive() {
 
 // All messages as one text, for comparison.
 std::string RunToBytes(const Scenario& scenario, int threads, bool take_at_the_end) {
-  auto sim = Simulation::Create(scenario, RoomForTest(), Drive::kPath, Utime{1'000'000}, threads);
+  auto sim = Simulation::Create(scenario, floorplan::RoomForTest(), Drive::kPath, Utime{1'000'000},
+                                threads);
   EXPECT_TRUE(sim.ok());
   std::string bytes;
   const auto add = [&bytes](const std::vector<Outgoing>& messages) {
@@ -53,7 +54,8 @@ TEST(Simulation, SameSeedGivesTheSameBytesForAnyPaceAndNumberOfThreads) {
 }
 
 TEST(Simulation, EverySensorKeepsItsRateAndEveryImageHasItsTruth) {
-  auto sim = Simulation::Create(ShortDrive(), RoomForTest(), Drive::kPath, Utime{1'000'000}, 1);
+  auto sim =
+      Simulation::Create(ShortDrive(), floorplan::RoomForTest(), Drive::kPath, Utime{1'000'000}, 1);
   ASSERT_TRUE(sim.ok()) << sim.error().message;
   std::map<std::string, int> count;
   std::vector<int64_t> truth_times, image_times;
@@ -90,13 +92,13 @@ TEST(Simulation, EverySensorKeepsItsRateAndEveryImageHasItsTruth) {
 TEST(Simulation, AStopInAWallIsAnErrorThatNamesIt) {
   Scenario s = ShortDrive();
   s.waypoints[1].position = {2.85, 2.5};
-  const auto in_pillar = Simulation::Create(s, RoomForTest(), Drive::kPath, Utime{0}, 1);
+  const auto in_pillar = Simulation::Create(s, floorplan::RoomForTest(), Drive::kPath, Utime{0}, 1);
   ASSERT_FALSE(in_pillar.ok());
   EXPECT_THAT(in_pillar.error().message, HasSubstr("stop 1 at (2.85, 2.5)"));
   s.waypoints[1].position = {20, 2};
-  EXPECT_FALSE(Simulation::Create(s, RoomForTest(), Drive::kPath, Utime{0}, 1).ok());
+  EXPECT_FALSE(Simulation::Create(s, floorplan::RoomForTest(), Drive::kPath, Utime{0}, 1).ok());
   s.waypoints.clear();
-  EXPECT_FALSE(Simulation::Create(s, RoomForTest(), Drive::kPath, Utime{0}, 1).ok());
+  EXPECT_FALSE(Simulation::Create(s, floorplan::RoomForTest(), Drive::kPath, Utime{0}, 1).ok());
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "common/core/random.h"
-#include "tools/sim/contours.h"
+#include "tools/floorplan/contours.h"
 
 namespace gw::sim {
 namespace {
@@ -26,8 +26,8 @@ Vector3d At(const Vector2d& p, double z) {
   return {p.x(), p.y(), z};
 }
 
-FloorMap WithoutSmallThings(const FloorMap& map) {
-  FloorMap out = map;
+floorplan::FloorMap WithoutSmallThings(const floorplan::FloorMap& map) {
+  floorplan::FloorMap out = map;
   std::vector<uint8_t> seen(map.occupied.size(), 0);
   for (int start = 0; start < static_cast<int>(seen.size()); ++start) {
     if (seen[start] != 0 || map.occupied[start] == 0) continue;
@@ -59,23 +59,23 @@ Vector3d Flat(const Vector2d& p) {
 
 }  // namespace
 
-World::World(const FloorMap& map, const WorldConfig& config, const Vector2d& reachable_from,
-             const std::vector<Vector2d>& keep_free, uint64_t seed)
+World::World(const floorplan::FloorMap& map, const WorldConfig& config,
+             const Vector2d& reachable_from, const std::vector<Vector2d>& keep_free, uint64_t seed)
     : map_(map),
       obstacles_(map),
       walls_(WithoutSmallThings(map)),
       config_(config),
       seed_(seed),
       textures_(seed),
-      reachable_(ReachableCells(map, reachable_from)),
-      clearance_(DistanceToOccupied(map, 5.0)) {
-  FloorMap way = map;
+      reachable_(floorplan::ReachableCells(map, reachable_from)),
+      clearance_(floorplan::DistanceToOccupied(map, 5.0)) {
+  floorplan::FloorMap way = map;
   std::fill(way.occupied.begin(), way.occupied.end(), 0);
   for (const Vector2d& p : keep_free) {
     const Eigen::Vector2i cell = way.CellOf(p);
     if (way.InMap(cell.x(), cell.y())) way.occupied[way.index(cell.x(), cell.y())] = 1;
   }
-  way_distance_ = DistanceToOccupied(way, 5.0);
+  way_distance_ = floorplan::DistanceToOccupied(way, 5.0);
   AddWalls();
   AddFloorAndCeiling();
   AddLamps();
@@ -132,7 +132,7 @@ Surface& World::AddRectangle(const Vector3d& origin, const Vector3d& u, double u
 
 void World::AddWalls() {
   const double lift = 1.5 * map_.resolution;
-  for (const Contour& contour : TraceContours(map_, 1.45 * map_.resolution)) {
+  for (const floorplan::Contour& contour : floorplan::TraceContours(map_, 1.45 * map_.resolution)) {
     Eigen::AlignedBox2d bounds;
     for (const Vector2d& p : contour.vertices) bounds.extend(p);
     // The outline of a hole in a wall also is small, but its free side is inside.

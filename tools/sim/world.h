@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tools/sim/floor_map.h"
+#include "tools/floorplan/floor_map.h"
 #include "tools/sim/texture_library.h"
 
 namespace gw::sim {
@@ -66,14 +66,15 @@ class World {
  public:
   // reachable_from: a point of the free space that is to be furnished and lit. keep_free: points
   // with which furniture must not interfere (the robot's way).
-  World(const FloorMap& map, const WorldConfig& config, const Eigen::Vector2d& reachable_from,
-        const std::vector<Eigen::Vector2d>& keep_free, uint64_t seed);
+  World(const floorplan::FloorMap& map, const WorldConfig& config,
+        const Eigen::Vector2d& reachable_from, const std::vector<Eigen::Vector2d>& keep_free,
+        uint64_t seed);
 
   const std::vector<Surface>& surfaces() const { return surfaces_; }
   const std::vector<float>& light() const { return light_; }
   const TextureLibrary& textures() const { return textures_; }
   // The map with the furniture in it.
-  const FloorMap& obstacles() const { return obstacles_; }
+  const floorplan::FloorMap& obstacles() const { return obstacles_; }
   double ceiling_m() const { return config_.ceiling_m; }
 
  private:
@@ -101,9 +102,9 @@ class World {
   bool Reachable(const Eigen::Vector2d& p) const;
   uint64_t KeyOf(const Eigen::Vector2d& p) const;
 
-  FloorMap map_;
-  FloorMap obstacles_;
-  FloorMap walls_;  // the map without its furniture: what keeps light from passing
+  floorplan::FloorMap map_;
+  floorplan::FloorMap obstacles_;
+  floorplan::FloorMap walls_;  // the map without its furniture: what keeps light from passing
   WorldConfig config_;
   uint64_t seed_;
   TextureLibrary textures_;

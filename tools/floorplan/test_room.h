@@ -1,9 +1,9 @@
 // A small floor for the tests of this folder.
 #pragma once
 
-#include "tools/sim/floor_map.h"
+#include "tools/floorplan/floor_map.h"
 
-namespace gw::sim {
+namespace gw::floorplan {
 
 // A room of 6 x 5 m, inside of its walls 5.6 x 4.6 m, with a pillar of 0.4 m in the middle.
 inline FloorMap RoomForTest() {
@@ -22,4 +22,4 @@ inline FloorMap RoomForTest() {
   return map;
 }
 
-}  // namespace gw::sim
+}  // namespace gw::floorplan

@@ -1,5 +1,3 @@
-#include "tools/sim/floor_map.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,12 +6,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tools/sim/base.h"
-#include "tools/sim/contours.h"
-#include "tools/sim/planner.h"
-#include "tools/sim/test_room.h"
+#include "tools/floorplan/contours.h"
+#include "tools/floorplan/floor_map.h"
+#include "tools/floorplan/planner.h"
+#include "tools/floorplan/test_room.h"
 
-namespace gw::sim {
+namespace gw::floorplan {
 namespace {
 
 using ::testing::HasSubstr;
@@ -139,4 +137,4 @@ TEST(Planner, AWayThroughAWallIsAnError) {
 }
 
 }  // namespace
-}  // namespace gw::sim
+}  // namespace gw::floorplan

@@ -1,15 +1,11 @@
-#include "tools/sim/planner.h"
+#include "tools/floorplan/planner.h"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <numbers>
 #include <queue>
 #include <sstream>
 
-#include "tools/sim/base.h"
-
-namespace gw::sim {
+namespace gw::floorplan {
 namespace {
 
 using Eigen::Vector2d;
@@ -98,10 +94,6 @@ void SmoothLeg(const Grid& grid, Leg* leg) {
   }
 }
 
-double AngleTo(double from, double to) {
-  return std::remainder(to - from, 2 * std::numbers::pi);
-}
-
 std::string Place(const Waypoint& w) {
   std::ostringstream out;
   out << "(" << w.position.x() << ", " << w.position.y() << ")";
@@ -170,105 +162,4 @@ Result<std::vector<Leg>> PlanLegs(const FloorMap& map, const std::vector<Waypoin
   return legs;
 }
 
-Result<std::vector<Waypoint>> LoadWaypoints(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) return Error{ErrorCode::kNotFound, path + ": cannot open the waypoint file"};
-  std::vector<Waypoint> out;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-    std::istringstream fields(line);
-    double index = 0;
-    Waypoint w;
-    std::string rest;
-    if (!(fields >> index >> w.position.x() >> w.position.y() >> w.yaw) || (fields >> rest) ||
-        index != static_cast<double>(out.size())) {
-      return Error{ErrorCode::kBadData, path + ":" + std::to_string(number) +
-                                            ": want `index x y theta` with index " +
-                                            std::to_string(out.size()) + ", got `" + line + "`"};
-    }
-    out.push_back(w);
-  }
-  if (out.empty()) return Error{ErrorCode::kBadData, path + ": holds no waypoint"};
-  return out;
-}
-
-Result<std::vector<int>> LoadVisitOrder(const std::string& path, int num_waypoints) {
-  std::ifstream in(path);
-  if (!in)
-    return Error{ErrorCode::kNotFound, path + ": cannot open the list of waypoints to visit"};
-  std::vector<int> out;
-  std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line[0] == '#') continue;
-    std::istringstream fields(line);
-    int index = -1;
-    std::string rest;
-    if (!(fields >> index) || (fields >> rest) || index < 0 || index >= num_waypoints) {
-      return Error{ErrorCode::kBadData,
-                   path + ":" + std::to_string(number) + ": want the index of a waypoint, 0 to " +
-                       std::to_string(num_waypoints - 1) + ", got `" + line + "`"};
-    }
-    out.push_back(index);
-  }
-  if (out.empty()) return Error{ErrorCode::kBadData, path + ": visits nothing"};
-  return out;
-}
-
-PathFollower::PathFollower(std::vector<Waypoint> visit, std::vector<Leg> legs,
-                           const FollowerConfig& config)
-    : visit_(std::move(visit)), legs_(std::move(legs)), config_(config) {}
-
-PathFollower::Output PathFollower::Update(double time_s, const Vector2d& position, double yaw) {
-  if (leg_ >= static_cast<int>(legs_.size())) return {0, 0, true};
-  if (pause_until_ && time_s < *pause_until_) return {};
-  if (pause_until_) {
-    pause_until_.reset();
-    arrived_ = false;
-    turning_ = true;
-    nearest_ = 0;
-    if (++leg_ >= static_cast<int>(legs_.size())) return {0, 0, true};
-  }
-  const Leg& leg = legs_[leg_];
-  const double to_end = (leg.back() - position).norm();
-  if (!arrived_ && to_end < 0.08) arrived_ = true;
-  if (arrived_) {
-    const double error = AngleTo(yaw, visit_[leg_ + 1].yaw);
-    if (!config_.turn_at_waypoints || std::abs(error) < 0.05) {
-      pause_until_ = time_s + config_.pause_s;
-      return {};
-    }
-    return {0, std::clamp(1.5 * error, -config_.max_w, config_.max_w), false};
-  }
-  // The nearest point of the leg, searched ahead only: ways may cross themselves.
-  for (size_t i = nearest_; i < std::min(leg.size(), nearest_ + 40); ++i) {
-    if ((leg[i] - position).squaredNorm() < (leg[nearest_] - position).squaredNorm()) nearest_ = i;
-  }
-  if ((leg[nearest_] - position).norm() > 1.0) {  // carried away: join the leg where it is nearest
-    for (size_t i = 0; i < leg.size(); ++i) {
-      if ((leg[i] - position).squaredNorm() < (leg[nearest_] - position).squaredNorm())
-        nearest_ = i;
-    }
-  }
-  size_t target = nearest_;
-  while (target + 1 < leg.size() && (leg[target] - position).norm() < config_.look_ahead_m) {
-    ++target;
-  }
-  const Vector2d d = leg[target] - position;
-  const double bearing = AngleTo(yaw, std::atan2(d.y(), d.x()));
-  if (turning_ || std::abs(bearing) > 1.2) {
-    turning_ = std::abs(bearing) > 0.15;
-    return {0, std::clamp(1.5 * bearing, -config_.max_w, config_.max_w), false};
-  }
-  const double curvature = 2 * std::sin(bearing) / std::max(0.1, d.norm());
-  double v = config_.max_v / (1 + 0.8 * std::abs(curvature));
-  v = std::min(v, 0.08 + 0.9 * to_end);
-  double w = v * curvature;
-  if (std::abs(w) > config_.max_w) {
-    v *= config_.max_w / std::abs(w);
-    w = std::copysign(config_.max_w, w);
-  }
-  return {v, w, false};
-}
-
-}  // namespace gw::sim
+}  // namespace gw::floorplan

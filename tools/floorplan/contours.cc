@@ -1,11 +1,11 @@
-#include "tools/sim/contours.h"
+#include "tools/floorplan/contours.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
-namespace gw::sim {
+namespace gw::floorplan {
 namespace {
 
 // Directions of edges between cells, counter-clockwise.
@@ -108,4 +108,4 @@ std::vector<Contour> TraceContours(const FloorMap& map, double tolerance) {
   return out;
 }
 
-}  // namespace gw::sim
+}  // namespace gw::floorplan

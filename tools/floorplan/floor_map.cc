@@ -1,4 +1,4 @@
-#include "tools/sim/floor_map.h"
+#include "tools/floorplan/floor_map.h"
 
 #include <yaml-cpp/yaml.h>
 
@@ -10,7 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-namespace gw::sim {
+namespace gw::floorplan {
 namespace {
 
 constexpr int kMaxSide = 20000;  // cells; more is a broken header, not a floor
@@ -154,6 +154,21 @@ std::vector<float> DistanceToOccupied(const FloorMap& map, double limit) {
   return out;
 }
 
+double DistanceAt(const FloorMap& map, const std::vector<float>& distance,
+                  const Eigen::Vector2d& p) {
+  const Eigen::Vector2d at = (p - map.origin) / map.resolution - Eigen::Vector2d(0.5, 0.5);
+  const int x = static_cast<int>(std::floor(at.x()));
+  const int y = static_cast<int>(std::floor(at.y()));
+  const double fx = at.x() - x, fy = at.y() - y;
+  const auto value = [&](int ix, int iy) {
+    ix = std::clamp(ix, 0, map.width - 1);
+    iy = std::clamp(iy, 0, map.height - 1);
+    return static_cast<double>(distance[map.index(ix, iy)]);
+  };
+  return (1 - fy) * ((1 - fx) * value(x, y) + fx * value(x + 1, y)) +
+         fy * ((1 - fx) * value(x, y + 1) + fx * value(x + 1, y + 1));
+}
+
 std::vector<uint8_t> ReachableCells(const FloorMap& map, const Eigen::Vector2d& from) {
   std::vector<uint8_t> reachable(map.occupied.size(), 0);
   const Eigen::Vector2i start = map.CellOf(from);
@@ -176,4 +191,4 @@ std::vector<uint8_t> ReachableCells(const FloorMap& map, const Eigen::Vector2d& 
   return reachable;
 }
 
-}  // namespace gw::sim
+}  // namespace gw::floorplan

@@ -9,7 +9,7 @@
 
 #include "common/core/result.h"
 
-namespace gw::sim {
+namespace gw::floorplan {
 
 struct FloorMap {
   int width = 0, height = 0;                         // cells
@@ -36,7 +36,11 @@ Result<FloorMap> LoadFloorMap(const std::string& yaml_path);
 // `limit` caps it, also where nothing is occupied.
 std::vector<float> DistanceToOccupied(const FloorMap& map, double limit);
 
+// Distance to the nearest obstacle at any point, interpolated between cell centres.
+double DistanceAt(const FloorMap& map, const std::vector<float>& distance,
+                  const Eigen::Vector2d& p);
+
 // Cells that can be reached from `from` without crossing an occupied one (4-connected).
 std::vector<uint8_t> ReachableCells(const FloorMap& map, const Eigen::Vector2d& from);
 
-}  // namespace gw::sim
+}  // namespace gw::floorplan

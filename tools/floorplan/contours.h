@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "tools/sim/floor_map.h"
+#include "tools/floorplan/floor_map.h"
 
-namespace gw::sim {
+namespace gw::floorplan {
 
 // A closed outline; the occupied side is on the left of each edge, the free side on the right.
 // The last vertex is joined to the first.
@@ -21,4 +21,4 @@ struct Contour {
 // them. Order and start of the outlines depend on the map alone.
 std::vector<Contour> TraceContours(const FloorMap& map, double tolerance);
 
-}  // namespace gw::sim
+}  // namespace gw::floorplan

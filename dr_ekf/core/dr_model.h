@@ -46,29 +46,34 @@ class DrModel {
     Eigen::Vector3d a = Eigen::Vector3d::Zero();  // m/s^2, specific force
   };
 
+  // dr_model_propagation.cc
   // Up to the time of `imu` with its rates, or (null) with the newest rates up to `utime`.
   void PropagateTo(Utime utime, const ImuSample* imu, FilterState& state) const;
   Rates RatesBetween(Utime from, Utime to, const ImuSample* imu, const FilterState& state) const;
   void Integrate(const Rates& rates, double dt, FilterState& state) const;
   void Hold(double dt, FilterState& state) const;
 
+  // dr_model_gravity.cc
   void Align(const ImuSample& imu, FilterState& state) const;
   void Level(FilterState& state) const;
+
+  // dr_model_stillness.cc
   void UpdateImuStillness(const ImuSample& imu, FilterState& state) const;
   void UpdateWheelStillness(const WheelSample& sample, FilterState& state) const;
   void UpdateStationary(Utime utime, FilterState& state) const;
   void ApplyZeroMotion(double dt, FilterState& state) const;
-  void ApplySpeedPrior(double dt, FilterState& state) const;
 
+  // dr_model_wheels.cc
+  void ApplySpeedPrior(double dt, FilterState& state) const;
   void UpdateYaw(const WheelSample& sample, FilterState& state) const;
   void UpdateWay(const WheelSample& sample, FilterState& state) const;
-  void FlagSlip(Utime utime, FilterState& state) const;
-  void EndSlip(FilterState& state) const;
-
   // Motion of B since the clone.
   SE3 MotionSinceClone(const FilterState& state) const;
   double WayVariance(double way) const;
   double WheelYawVariance(double way, double yaw) const;
+
+  void FlagSlip(Utime utime, FilterState& state) const;
+  void EndSlip(FilterState& state) const;
 
   DrEkfConfig config_;
   ImuCalibration imu_;

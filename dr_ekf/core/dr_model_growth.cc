@@ -1,0 +1,77 @@
+// DrModel: what consumers get, and with it how the covariance of relative motion grows (ADR 4).
+#include <cmath>
+
+#include "dr_ekf/core/dr_model.h"
+#include "dr_ekf/core/error_state.h"
+#include "dr_ekf/core/noise_model.h"
+
+namespace gw::dr_ekf {
+namespace {
+
+using Eigen::Matrix3d;
+
+}  // namespace
+
+DrState DrModel::Publish(const FilterState& state) const {
+  DrState out;
+  out.utime = state.utime;
+  out.reset_counter = state.reset_counter;
+  out.T_OB = state.T_OS * T_SB_;
+  out.w_OB_B = state.w_OS_S;
+  out.v_OB_B = state.v_OS_S - state.w_OS_S.cross(T_BS_.translation());
+  out.gyro_bias_rad_s = state.gyro_bias;
+  out.accel_bias_m_s2 = state.accel_bias;
+  out.wheel_scale = state.wheel_scale;
+  const Matrix6d cov = adj_BS_ * state.P.block<6, 6>(kPose, kPose) * adj_BS_.transpose();
+  out.cov_T_OB = 0.5 * (cov + cov.transpose());
+  out.gravity_aligned = state.aligned;
+  out.slip = state.slip;
+  out.stationary = state.stationary;
+  out.wheels_alive = WheelsAlive(state);
+  out.imu_alive = ImuAlive(state);
+
+  out.cov_twist_white.diagonal().setConstant(kPoseFloor);
+  if (state.stationary) return out;
+  const double speed = out.v_OB_B.norm();
+  const double rate = std::abs(out.w_OB_B.z());
+  const bool gyro = out.imu_alive;
+  const double slip = state.slip ? kSlipVarianceFactor : 1.0;
+  Vector6d white = Vector6d::Zero();
+  Matrix6d& C = out.cov_twist_coherent;
+
+  const double side = 2 * Square(config_.lateral_sigma_m_s) * kLateralCorrelation;
+  if (out.wheels_alive) {
+    white.head<3>() << WayVariance(speed), side, side;
+    white.head<2>() *= slip;
+    if (state.slip) C(0, 0) += Square(kSlipWayShare * speed);
+    C(0, 0) += Square(speed) * state.P(kWheelScale, kWheelScale);
+  } else {
+    C.block<3, 3>(0, 0) = state.P.block<3, 3>(kVelocity, kVelocity);
+    white[1] = white[2] = side;
+  }
+  if (gyro) {
+    white.tail<3>().setConstant(Square(imu_.gyro_noise));
+    const Matrix3d bias = state.P.block<3, 3>(kGyroBias, kGyroBias);
+    C.block<3, 3>(3, 3) = R_BI_ * bias * R_BI_.transpose();
+  } else if (state.heading_used) {
+    white[5] = Square(kHeadingSigmaPerSqrtS) + Square(kHeadingSigmaPerSqrtRad) * rate;
+    C(5, 5) = Square(kHeadingDrift);
+  } else {
+    white[5] = WheelYawVariance(speed, rate) * slip;
+    C(5, 5) = Square(rate) * state.P(kYawScale, kYawScale);
+  }
+  if (!state.aligned) {
+    white[3] = white[4] = 2 * Square(kFloorTilt) * speed / kFloorTiltWay;
+    C.row(3).setZero();
+    C.row(4).setZero();
+    C.col(3).setZero();
+    C.col(4).setZero();
+  } else if (!gyro) {
+    white[3] = white[4] = kUnmeasuredTiltDensity;
+  }
+  out.cov_twist_white.diagonal() += white;
+  out.cov_twist_white += adj_BS_ * state.correction_rate * adj_BS_.transpose();
+  return out;
+}
+
+}  // namespace gw::dr_ekf

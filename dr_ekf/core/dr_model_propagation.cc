@@ -1,0 +1,158 @@
+// DrModel: from one instant to the next with the rates of the IMU, or with what a wheeled robot is
+// taken to do without one.
+#include <cmath>
+
+#include "dr_ekf/core/dr_model.h"
+#include "dr_ekf/core/error_state.h"
+#include "dr_ekf/core/noise_model.h"
+
+namespace gw::dr_ekf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+}  // namespace
+
+DrModel::Rates DrModel::RatesBetween(Utime from, Utime to, const ImuSample* imu,
+                                     const FilterState& state) const {
+  Rates rates;
+  rates.w = Vector3d(0, 0, state.w_OS_S.z());
+  if (!state.has_imu || to - state.imu_utime > imu_cover_) return rates;
+  Vector3d w = state.gyro_B;
+  Vector3d a = state.accel_B;
+  bool has_accel = state.imu_has_accel;
+  if (imu != nullptr && to > state.imu_utime) {
+    // The middle of the step, on the line between the samples before and after it.
+    const double middle =
+        0.5 * ((from - state.imu_utime).seconds() + (to - state.imu_utime).seconds());
+    const double f = middle / (to - state.imu_utime).seconds();
+    w += f * (R_BI_ * imu->w_I_rad_s - w);
+    a += f * (R_BI_ * imu->a_I_m_s2 - a);
+    has_accel = has_accel && imu->has_accel;
+  }
+  rates.gyro = true;
+  rates.w = w - R_BI_ * state.gyro_bias;
+  if (!state.aligned) rates.w.head<2>().setZero();  // taken to stand flat
+  if (has_accel && state.aligned) {
+    rates.accel = true;
+    rates.a = a - R_BI_ * state.accel_bias;
+  }
+  return rates;
+}
+
+void DrModel::PropagateTo(Utime utime, const ImuSample* imu, FilterState& state) const {
+  if (utime <= state.utime) return;
+  const double dt = (utime - state.utime).seconds();
+  state.correction_rate *= std::exp(-dt / kCorrectionMemory);
+  if (state.stationary) {
+    Hold(dt, state);
+  } else {
+    Integrate(RatesBetween(state.utime, utime, imu, state), dt, state);
+  }
+  state.utime = utime;
+}
+
+void DrModel::Hold(double dt, FilterState& state) const {
+  state.P.diagonal().segment<6>(kPose).array() += kPoseFloor * dt;
+  state.P.diagonal().segment<3>(kGyroBias).array() += Square(imu_.gyro_walk) * dt;
+  if (imu_.has_accel) {
+    state.P.diagonal().segment<3>(kAccelBias).array() += Square(imu_.accel_walk) * dt;
+  }
+}
+
+void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const {
+  const Vector3d w = rates.w;
+  const Vector3d v = state.v_OS_S;
+  const bool wheels = WheelsAlive(state);
+  const Matrix3d R_OS = state.T_OS.rotation().toRotationMatrix();
+  if (!rates.accel) state.way_unmeasured = true;
+  if (!rates.gyro) state.yaw_unmeasured = true;
+
+  // Velocity without accelerometer: constant while wheels will tell, else it fades.
+  const double fade = wheels || rates.accel ? 1.0 : std::exp(-dt / kUnmeasuredSpeedMemory);
+  const double fade_side = rates.accel ? 1.0 : std::exp(-dt / kLateralCorrelation);
+
+  SE3 T_step;  // motion of S in this step
+  Vector3d v_new;
+  if (rates.accel) {
+    const Eigen::Quaterniond q_step = ExpSO3(w * dt);
+    const Vector3d a_S = ExpSO3(0.5 * dt * w) * rates.a - R_OS.transpose() * kUp;
+    T_step = SE3(q_step, v * dt + 0.5 * a_S * dt * dt);
+    v_new = q_step.conjugate() * (v + a_S * dt);
+  } else {
+    Vector6d twist;
+    twist << v, w;
+    T_step = SE3::Exp(twist * dt);
+    v_new = v.cwiseProduct(Vector3d(fade, fade_side, fade_side));
+  }
+
+  // Error dynamics: continuous A, second order in the step; the pose block is exact.
+  const Matrix3d R_BI = R_BI_;
+  const Matrix3d gyro_to_error =
+      state.aligned ? R_BI : Matrix3d(Vector3d(0, 0, 1).asDiagonal() * R_BI);
+  TopTransition A = TopTransition::Zero();
+  A.block<3, 3>(0, 0) = -Skew(w);
+  A.block<3, 3>(0, 3) = -Skew(v);
+  A.block<3, 3>(0, kVelocity).setIdentity();
+  A.block<3, 3>(3, 3) = -Skew(w);
+  if (rates.gyro) A.block<3, 3>(3, kGyroBias) = -gyro_to_error;
+  if (rates.accel) {
+    A.block<3, 3>(kVelocity, 3) = -Skew(R_OS.transpose() * kUp);
+    A.block<3, 3>(kVelocity, kVelocity) = -Skew(w);
+    A.block<3, 3>(kVelocity, kGyroBias) = -Skew(v) * R_BI;
+    A.block<3, 3>(kVelocity, kAccelBias) = -R_BI;
+  }
+  TopTransition F = A * dt;
+  F.leftCols<9>() += Eigen::Matrix<double, 9, 9>::Identity();
+  F += 0.5 * dt * dt * (A.leftCols<9>() * A);
+  F.topLeftCorner<6, 6>() = T_step.inverse().Adjoint();
+  const double tilt_rate = v.norm() / kFloorTiltWay;
+  if (!rates.accel) {
+    F.block<3, 9>(kVelocity, 0).setZero();
+    F.block<3, 3>(kVelocity, kVelocity) = Vector3d(fade, fade_side, fade_side).asDiagonal();
+    if (!state.aligned) F.middleRows<2>(3) *= std::exp(-tilt_rate * dt);
+  }
+
+  // White noise: densities through G, trapezoid over the step.
+  Eigen::Matrix<double, 9, 9> density = Eigen::Matrix<double, 9, 9>::Zero();
+  Eigen::Matrix<double, 9, 3> G = Eigen::Matrix<double, 9, 3>::Zero();
+  G.block<3, 3>(3, 0).setIdentity();
+  if (rates.accel) G.block<3, 3>(kVelocity, 0) = Skew(v);
+  Vector3d turn;
+  if (rates.gyro) {
+    turn.setConstant(Square(imu_.gyro_noise));
+  } else {
+    turn.setConstant(kUnmeasuredTiltDensity);
+    turn.z() = 2 * Square(kUnmeasuredYawRate) * kUnmeasuredYawRateMemory;
+  }
+  if (!state.aligned) turn.head<2>().setConstant(2 * Square(kFloorTilt) * tilt_rate);
+  density = G * turn.asDiagonal() * G.transpose();
+  if (rates.accel) {
+    density.diagonal().segment<3>(kVelocity).array() += Square(imu_.accel_noise);
+  } else {
+    const double side = 2 * Square(config_.lateral_sigma_m_s) / kLateralCorrelation;
+    density.diagonal().segment<3>(kVelocity) +=
+        Vector3d(2 * Square(kUnmeasuredSpeed) / kUnmeasuredSpeedMemory, side, side);
+  }
+  density.diagonal().head<6>().array() += kPoseFloor;
+  const auto F9 = F.leftCols<9>();
+  const Eigen::Matrix<double, 9, 9> noise = 0.5 * dt * (density + F9 * density * F9.transpose());
+
+  ApplyTransition(F, state);
+  state.P.topLeftCorner<9, 9>() += noise;
+  state.P.diagonal().segment<3>(kGyroBias).array() +=
+      imu_.present ? Square(imu_.gyro_walk) * dt : 0.0;
+  state.P.diagonal().segment<3>(kAccelBias).array() +=
+      imu_.present && imu_.has_accel ? Square(imu_.accel_walk) * dt : 0.0;
+  if (config_.wheel_scale_sigma > 0) {
+    state.P(kWheelScale, kWheelScale) += Square(kScaleWalk) * dt;
+    state.P(kYawScale, kYawScale) += Square(kScaleWalk) * dt;
+  }
+
+  state.T_OS = state.T_OS * T_step;
+  state.v_OS_S = v_new;
+  state.w_OS_S = w;
+}
+
+}  // namespace gw::dr_ekf

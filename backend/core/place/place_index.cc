@@ -1,0 +1,109 @@
+#include "backend/core/place/place_index.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gw::backend {
+namespace {
+
+// Of 16 bits; a true match (at most 32 of 256) differs in 2 on average, chance in 8.
+constexpr int kMaxSketchDistance = 5;
+
+// Group t holds bits t, t + 16, t + 32, ...: neighbouring bits of a descriptor may be related.
+std::array<uint16_t, 16> Groups(const Descriptor& descriptor) {
+  std::array<uint16_t, 16> out{};
+  for (int bit = 0; bit < 256; ++bit) {
+    const uint64_t value = descriptor[bit / 64] >> (bit % 64) & 1;
+    out[bit % 16] = static_cast<uint16_t>(out[bit % 16] | value << (bit / 16));
+  }
+  return out;
+}
+
+// For entries of table t: another group.
+uint16_t SketchFor(const std::array<uint16_t, 16>& groups, int table) {
+  return groups[(table + 1) % 16];
+}
+
+}  // namespace
+
+void PlaceIndex::Insert(KeyframeId id, const std::vector<Descriptor>& descriptors) {
+  Erase(id);
+  uint32_t slot = static_cast<uint32_t>(slots_.size());
+  if (free_slots_.empty()) {
+    slots_.emplace_back();
+  } else {
+    slot = free_slots_.back();
+    free_slots_.pop_back();
+  }
+  blocks_[id] = slot;
+  slots_[slot] = {id, descriptors};
+  for (size_t i = 0; i < descriptors.size(); ++i) {
+    const auto groups = Groups(descriptors[i]);
+    for (int table = 0; table < kTables; ++table) {
+      Bucket(table, groups[table])
+          .push_back({slot, static_cast<uint16_t>(i), SketchFor(groups, table)});
+    }
+  }
+}
+
+void PlaceIndex::Erase(KeyframeId id) {
+  const auto it = blocks_.find(id);
+  if (it == blocks_.end()) return;
+  const uint32_t slot = it->second;
+  for (const Descriptor& descriptor : slots_[slot].descriptors) {
+    const auto groups = Groups(descriptor);
+    for (int table = 0; table < kTables; ++table) {
+      std::erase_if(Bucket(table, groups[table]),
+                    [slot](const Entry& entry) { return entry.slot == slot; });
+    }
+  }
+  slots_[slot] = {};
+  free_slots_.push_back(slot);
+  blocks_.erase(it);
+}
+
+std::vector<PlaceScore> PlaceIndex::Query(const std::vector<Descriptor>& descriptors) const {
+  struct Tally {
+    double weight = 0;
+    int matches = 0;
+    size_t answered = 0;  // 1 + newest feature of the query that it answered
+  };
+  std::vector<Tally> tally(slots_.size());
+  std::vector<uint32_t> answers;
+  const double num_keyframes = static_cast<double>(blocks_.size());
+  double total = 0;
+  for (size_t i = 0; i < descriptors.size(); ++i) {
+    const auto groups = Groups(descriptors[i]);
+    answers.clear();
+    for (int table = 0; table < kTables; ++table) {
+      const uint16_t sketch = SketchFor(groups, table);
+      for (const Entry& entry : buckets_[static_cast<size_t>(table) << kBits | groups[table]]) {
+        if (__builtin_popcount(entry.sketch ^ sketch) > kMaxSketchDistance) continue;
+        Tally& t = tally[entry.slot];
+        if (t.answered == i + 1) continue;
+        const Descriptor& other = slots_[entry.slot].descriptors[entry.feature];
+        if (HammingDistance(descriptors[i], other) > kMaxDistance) continue;
+        t.answered = i + 1;
+        answers.push_back(entry.slot);
+      }
+    }
+    const double weight =
+        std::log((num_keyframes + 1) / static_cast<double>(std::max<size_t>(answers.size(), 1)));
+    total += weight;
+    for (const uint32_t slot : answers) {
+      tally[slot].weight += weight;
+      ++tally[slot].matches;
+    }
+  }
+  std::vector<PlaceScore> out;
+  for (const auto& [id, slot] : blocks_) {
+    if (tally[slot].matches > 0) {
+      out.push_back({id, tally[slot].weight / total, tally[slot].matches});
+    }
+  }
+  std::stable_sort(out.begin(), out.end(),
+                   [](const auto& a, const auto& b) { return a.score > b.score; });
+  return out;
+}
+
+}  // namespace gw::backend

@@ -1,0 +1,68 @@
+// Which keyframes look like this image? An index over binary descriptors that needs no training
+// (ADR 6 compares it with a vocabulary tree).
+//
+// Multi-index hashing (Norouzi, Punjani, Fleet 2012): a descriptor is filed under kTables disjoint
+// groups of its bits. Descriptors that agree in all bits of a group are compared in full; within
+// kMaxDistance they are taken for sights of the same point. A feature that many keyframes answer
+// says little: it counts with log(keyframes / answers), as in text retrieval.
+//
+// Pure and deterministic; grows and shrinks with the map. Not thread-safe.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "common/contract/map.h"
+
+namespace gw::backend {
+
+struct PlaceScore {
+  KeyframeId keyframe;
+  double score = 0;     // [0, 1]: share of the query's weight that the keyframe answers
+  int num_matches = 0;  // features of the query that it answers
+};
+
+class PlaceIndex {
+ public:
+  static constexpr int kMaxDistance = 32;  // of 256 bits; 28 to 36 serve as well (ADR 6)
+
+  // Replaces what was filed under the id.
+  void Insert(KeyframeId id, const std::vector<Descriptor>& descriptors);
+  // No effect when the id is not there.
+  void Erase(KeyframeId id);
+
+  // Every keyframe that answers at least one feature: best score first, then oldest.
+  std::vector<PlaceScore> Query(const std::vector<Descriptor>& descriptors) const;
+
+  size_t size() const { return blocks_.size(); }
+
+ private:
+  static constexpr int kTables = 16;
+  static constexpr int kBits = 16;  // of a group; kTables * kBits = 256
+
+  // A descriptor's place: keyframe slot and feature. `sketch` are 32 more of its bits: most of what
+  // shares a group by chance is told apart without fetching the descriptor.
+  struct Entry {
+    uint32_t slot = 0;
+    uint16_t feature = 0;
+    uint16_t sketch = 0;
+  };
+  struct Block {
+    KeyframeId id;
+    std::vector<Descriptor> descriptors;
+  };
+
+  std::vector<Entry>& Bucket(int table, uint16_t key) {
+    return buckets_[static_cast<size_t>(table) << kBits | key];
+  }
+
+  std::map<KeyframeId, uint32_t> blocks_;  // slot of each keyframe
+  std::vector<Block> slots_;
+  std::vector<uint32_t> free_slots_;
+  std::vector<std::vector<Entry>> buckets_ =
+      std::vector<std::vector<Entry>>(static_cast<size_t>(kTables) << kBits);
+};
+
+}  // namespace gw::backend

@@ -1,6 +1,6 @@
 // Finds the pose of an image among landmarks without any prediction: descriptors are compared all
-// against all, and the pose that explains most of the pairs is found by RANSAC over 3-D to 3-D
-// triples (features with depth). For the case that neither vision nor DR knows where the camera is.
+// against all, and RANSAC finds the pose that explains most of the pairs (features with depth). For
+// the case that neither vision nor DR knows where the camera is.
 #pragma once
 
 #include <optional>

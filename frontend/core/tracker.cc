@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "common/contract/dr_history.h"
+#include "common/vision/pose_optimizer.h"
 #include "frontend/core/dr_weight.h"
 #include "frontend/core/feature_grid.h"
 #include "frontend/core/keyframe_policy.h"
 #include "frontend/core/local_map.h"
-#include "frontend/core/pose_optimizer.h"
 #include "frontend/core/projection_matcher.h"
 #include "frontend/core/relocalizer.h"
 #include "frontend/core/rolling_shutter.h"

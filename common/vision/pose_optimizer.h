@@ -14,7 +14,7 @@
 #include "common/camera/camera_model.h"
 #include "common/core/se3.h"
 
-namespace gw::frontend {
+namespace gw {
 
 struct PoseObservation {
   Eigen::Vector3d p_W;  // landmark
@@ -54,4 +54,4 @@ PoseEstimate OptimizePose(const RectifiedCamera& camera, const SE3& T_WC_start,
                           const std::vector<PoseObservation>& observations,
                           const std::optional<PosePrior>& prior);
 
-}  // namespace gw::frontend
+}  // namespace gw

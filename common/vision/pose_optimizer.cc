@@ -1,10 +1,10 @@
-#include "frontend/core/pose_optimizer.h"
+#include "common/vision/pose_optimizer.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 
-namespace gw::frontend {
+namespace gw {
 namespace {
 
 constexpr int kRounds = 4;
@@ -186,4 +186,4 @@ PoseEstimate OptimizePose(const RectifiedCamera& camera, const SE3& T_WC_start,
   return out;
 }
 
-}  // namespace gw::frontend
+}  // namespace gw

@@ -1,4 +1,4 @@
-#include "frontend/core/pose_optimizer.h"
+#include "common/vision/pose_optimizer.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "common/core/random.h"
 
-namespace gw::frontend {
+namespace gw {
 namespace {
 
 RectifiedCamera TestCamera() {
@@ -144,4 +144,4 @@ TEST(PoseOptimizer, SurvivesPointsBehindTheCamera) {
 }
 
 }  // namespace
-}  // namespace gw::frontend
+}  // namespace gw

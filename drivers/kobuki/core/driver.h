@@ -12,12 +12,12 @@
 #include "common/config/kobuki_config.h"
 #include "common/contract/health.h"
 #include "common/contract/samples.h"
+#include "drivers/common/device_clock.h"
 #include "drivers/kobuki/core/battery.h"
 #include "drivers/kobuki/core/command_shaper.h"
 #include "drivers/kobuki/core/frame_sequence.h"
 #include "drivers/kobuki/core/gyro.h"
 #include "drivers/kobuki/core/odometry.h"
-#include "drivers/kobuki/core/robot_clock.h"
 #include "drivers/kobuki/core/safety_guard.h"
 #include "drivers/kobuki/protocol/feedback.h"
 #include "drivers/kobuki/protocol/frame.h"
@@ -75,7 +75,7 @@ class Driver {
   // from measurement to arrival, and close to it when commands arrive fast. 0: not yet measured.
   DurationUs round_trip() const { return round_trip_; }
   DurationUs worst_wait() const { return worst_wait_; }
-  const RobotClock& clock() const { return clock_; }
+  const DeviceClock& clock() const { return clock_; }
 
   static constexpr DurationUs kCommandPeriod = Milliseconds(20);
   // A pause in the middle of a frame after which its rest is not waited for. Longer than a host or
@@ -102,7 +102,7 @@ class Driver {
 
   FrameParser parser_;
   FrameSequence sequence_;
-  RobotClock clock_;
+  DeviceClock clock_;
   GyroTiming gyro_timing_;
   StationaryBias bias_;
   SafetyGuard guard_;

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "common/core/random.h"
-#include "drivers/kobuki/core/lower_envelope.h"
 #include "drivers/kobuki/core/odometry.h"
 
 namespace gw::kobuki {
@@ -77,29 +76,6 @@ TEST(FrameSequence, SameTimeAgainIsNothingNew) {
   FrameSequence s = Running(10'000);
   EXPECT_EQ(s.Judge(At(10'000)).verdict, Verdict::kDuplicate);
   EXPECT_EQ(s.Judge(At(10'020)).robot_us, 20'000);
-}
-
-TEST(LowerEnvelope, FindsOffsetAndSlopeUnderNoise) {
-  for (uint64_t seed = 0; seed < 200; ++seed) {
-    CounterRng rng(seed, 1, 0);
-    const double slope = rng.Uniform(-1e-4, 1e-4);
-    LowerEnvelope envelope({.bin = 250'000, .num_bins = 120, .max_slope = 2e-4});
-    double y = 0;
-    int64_t x = 0;
-    for (int i = 0; i < 3000; ++i) {
-      x += 20'000;
-      y = 7e11 + slope * static_cast<double>(x);
-      envelope.Add(x, std::llround(y - 5e3 * std::log(1 - rng.Uniform())));
-    }
-    EXPECT_NEAR(envelope.At(x), y, 700) << seed;  // of waits of 5000 on average
-  }
-}
-
-TEST(LowerEnvelope, SlopeIsBoundedWhateverThePoints) {
-  LowerEnvelope envelope({.bin = 10, .num_bins = 10, .max_slope = 0.1});
-  envelope.Add(0, 0);
-  envelope.Add(10, -1000);
-  EXPECT_NEAR(envelope.At(110) - envelope.At(10), -10, 1e-9);
 }
 
 TEST(Odometry, TurnsAndWrapsAreExact) {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/kobuki/core/lower_envelope.h"
+#include "drivers/common/lower_envelope.h"
 #include "drivers/kobuki/protocol/feedback.h"
 
 namespace gw::kobuki {

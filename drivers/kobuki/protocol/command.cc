@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/kobuki/protocol/bytes.h"
+#include "drivers/common/bytes.h"
 #include "drivers/kobuki/protocol/frame.h"
 
 namespace gw::kobuki {

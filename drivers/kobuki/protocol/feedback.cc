@@ -1,6 +1,6 @@
 #include "drivers/kobuki/protocol/feedback.h"
 
-#include "drivers/kobuki/protocol/bytes.h"
+#include "drivers/common/bytes.h"
 #include "drivers/kobuki/protocol/frame.h"
 
 namespace gw::kobuki {

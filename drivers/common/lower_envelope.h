@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <deque>
 
-namespace gw::kobuki {
+namespace gw {
 
 class LowerEnvelope {
  public:
@@ -42,4 +42,4 @@ class LowerEnvelope {
   std::deque<Point> bins_;  // the lowest point of each bin that has one, in order
 };
 
-}  // namespace gw::kobuki
+}  // namespace gw

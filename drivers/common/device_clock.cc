@@ -1,12 +1,12 @@
-#include "drivers/kobuki/core/robot_clock.h"
+#include "drivers/common/device_clock.h"
 
 #include <cmath>
 
-namespace gw::kobuki {
+namespace gw {
 
-void RobotClock::Add(int64_t robot_us, Utime arrival) {
+void DeviceClock::Add(int64_t device_us, Utime arrival) {
   if (!envelope_.empty()) {
-    waited_ = arrival - ToHost(robot_us);
+    waited_ = arrival - ToHost(device_us);
     if (waited_.us < kStepUs) {
       late_since_.reset();
     } else if (!late_since_) {
@@ -21,17 +21,17 @@ void RobotClock::Add(int64_t robot_us, Utime arrival) {
       ++steps_;
     }
   }
-  envelope_.Add(robot_us, arrival.us - robot_us);
+  envelope_.Add(device_us, arrival.us - device_us);
 }
 
-Utime RobotClock::ToHost(int64_t robot_us) const {
-  return {robot_us + std::llround(envelope_.At(robot_us))};
+Utime DeviceClock::ToHost(int64_t device_us) const {
+  return {device_us + std::llround(envelope_.At(device_us))};
 }
 
-void RobotClock::Reset() {
+void DeviceClock::Reset() {
   envelope_.Clear();
   waited_ = {};
   late_since_.reset();
 }
 
-}  // namespace gw::kobuki
+}  // namespace gw

@@ -1,4 +1,4 @@
-#include "drivers/kobuki/core/lower_envelope.h"
+#include "drivers/common/lower_envelope.h"
 
 #include <algorithm>
 #include <limits>
@@ -6,7 +6,7 @@
 
 #include "common/core/check.h"
 
-namespace gw::kobuki {
+namespace gw {
 namespace {
 
 struct Vertex {
@@ -60,4 +60,4 @@ double LowerEnvelope::At(int64_t x) const {
   return static_cast<double>(origin.y) + intercept + slope * static_cast<double>(x - origin.x);
 }
 
-}  // namespace gw::kobuki
+}  // namespace gw

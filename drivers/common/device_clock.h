@@ -1,7 +1,7 @@
-// Robot time to host time: when was it on this computer's clock that the base measured?
+// Device time to host time: when was it on this computer's clock that the device measured?
 //
-// A frame arrives a constant delay plus some waiting after its measurement (USB latency timer,
-// scheduling, bursts). The waiting is taken out by a lower envelope over the last 30 s. The
+// What it sends arrives a constant delay plus some waiting after its measurement (USB latency
+// timer, scheduling, bursts). The waiting is taken out by a lower envelope over the last 30 s. The
 // constant part cannot be seen from arrivals and stays in, unless it is known and configured.
 #pragma once
 
@@ -9,21 +9,21 @@
 #include <optional>
 
 #include "common/core/time.h"
-#include "drivers/kobuki/core/lower_envelope.h"
+#include "drivers/common/lower_envelope.h"
 
-namespace gw::kobuki {
+namespace gw {
 
-class RobotClock {
+class DeviceClock {
  public:
-  // One measurement at `robot_us` of the robot's unwrapped clock, arrived at `arrival`.
-  // Precondition: robot_us does not decrease between resets.
-  void Add(int64_t robot_us, Utime arrival);
+  // One measurement at `device_us` of the device's unwrapped clock, arrived at `arrival`.
+  // Precondition: device_us does not decrease between resets.
+  void Add(int64_t device_us, Utime arrival);
 
   // Whether enough arrivals were seen for ToHost to hold within a few milliseconds.
   bool ready() const { return envelope_.span() >= kWarmUpUs; }
-  // Time of arrival of a frame of this robot time that did not have to wait. Precondition: Add was
-  // called since the last reset.
-  Utime ToHost(int64_t robot_us) const;
+  // When something measured at this device time arrives if it does not have to wait. Precondition:
+  // Add was called since the last reset.
+  Utime ToHost(int64_t device_us) const;
 
   void Reset();
 
@@ -46,4 +46,4 @@ class RobotClock {
   int64_t steps_ = 0;
 };
 
-}  // namespace gw::kobuki
+}  // namespace gw

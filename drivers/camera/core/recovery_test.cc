@@ -1,0 +1,80 @@
+#include "drivers/camera/core/recovery.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace gw::camera {
+namespace {
+
+Utime Ms(int64_t ms) {
+  return Utime{} + Milliseconds(ms);
+}
+
+// A device that starts but never delivers: what is tried, and when.
+TEST(Recovery, LadderOfADeadDevice) {
+  Recovery recovery;
+  std::vector<Remedy> tried;
+  std::vector<int64_t> at_ms;
+  recovery.Started(Ms(0));
+  for (int64_t ms = 0; ms < 120'000; ms += 20) {
+    const Remedy remedy = recovery.Next(Ms(ms));
+    if (remedy == Remedy::kNone) continue;
+    tried.push_back(remedy);
+    at_ms.push_back(ms);
+    if (remedy == Remedy::kGiveUp) break;
+    recovery.Started(Ms(ms));
+  }
+  const Remedy r = Remedy::kRestartStream, u = Remedy::kResetUsb;
+  EXPECT_EQ(tried, (std::vector<Remedy>{r, r, r, u, r, r, r, u, r, r, r, Remedy::kGiveUp}));
+  EXPECT_EQ(at_ms.front(), 3020);
+  EXPECT_LT(at_ms.back(), 40'000);
+  EXPECT_EQ(recovery.restarts(), 9);
+  EXPECT_EQ(recovery.resets(), 2);
+}
+
+TEST(Recovery, SilenceInTheStreamIsSeenAfterASecond) {
+  Recovery recovery;
+  recovery.Started(Ms(0));
+  for (int64_t ms = 0; ms < 2000; ms += 33) {
+    recovery.Frame(Ms(ms));
+    ASSERT_EQ(recovery.Next(Ms(ms)), Remedy::kNone);
+  }
+  EXPECT_EQ(recovery.Next(Ms(2900)), Remedy::kNone);
+  EXPECT_EQ(recovery.Next(Ms(3000)), Remedy::kRestartStream);
+  EXPECT_EQ(recovery.Next(Ms(9000)), Remedy::kNone) << "given once until it is started again";
+}
+
+TEST(Recovery, ErrorsActAtOnceButAFailedStartIsNotRepeatedInALoop) {
+  Recovery recovery;
+  recovery.Started(Ms(0));
+  recovery.Failed();
+  EXPECT_EQ(recovery.Next(Ms(100)), Remedy::kNone);
+  EXPECT_EQ(recovery.Next(Ms(520)), Remedy::kRestartStream);
+  recovery.Started(Ms(520));
+  recovery.Frame(Ms(1200));
+  recovery.Failed();
+  EXPECT_EQ(recovery.Next(Ms(1200)), Remedy::kRestartStream);
+}
+
+TEST(Recovery, TenGoodSecondsBeginTheLadderAnew) {
+  Recovery recovery;
+  for (int round = 0; round < 20; ++round) {
+    const int64_t begin = round * 20'000;
+    recovery.Started(Ms(begin));
+    for (int64_t ms = 0; ms < 12'000; ms += 33) recovery.Frame(Ms(begin + ms));
+    recovery.Failed();
+    ASSERT_EQ(recovery.Next(Ms(begin + 12'000)), Remedy::kRestartStream) << round;
+  }
+}
+
+TEST(Recovery, AbsenceIsNoFailure) {
+  Recovery recovery;
+  recovery.Started(Ms(0));
+  recovery.Failed();
+  recovery.Gone();
+  EXPECT_EQ(recovery.Next(Ms(60'000)), Remedy::kNone);
+}
+
+}  // namespace
+}  // namespace gw::camera

@@ -1,0 +1,58 @@
+// The hardware monitor of D4xx cameras: requests and answers of 1024 bytes through selector 1 of
+// the depth extension unit. Only what the driver uses.
+//
+// Request: u16 bytes that follow the first four, u16 0xCDAB, u32 opcode, 4 x u32 parameter, data.
+// Answer: the opcode again or a negative error, the payload, and its length in the last four bytes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/core/result.h"
+
+namespace gw::camera {
+
+inline constexpr size_t kMonitorBytes = 1024;
+
+enum class Opcode : uint32_t {
+  kVersion = 0x10,           // firmware, serial numbers, chips
+  kCalibrationTable = 0x15,  // p1: table id
+  kSubPreset = 0x7B,         // p1: length of the data; empty: back to normal
+  kRectified = 0x7E,         // intrinsics by resolution
+};
+
+struct MonitorRequest {
+  Opcode opcode = Opcode::kVersion;
+  std::array<uint32_t, 4> parameters{};
+  std::vector<uint8_t> data{};  // at most kMonitorBytes - 24
+};
+
+// The 1024 bytes to be written.
+std::vector<uint8_t> EncodeRequest(const MonitorRequest& request);
+// The payload of an answer to `opcode`. Error kBadData: an error code of the camera (with its
+// meaning), the answer of another request, or an impossible length.
+Result<std::vector<uint8_t>> DecodeAnswer(std::span<const uint8_t> answer, Opcode opcode);
+
+MonitorRequest VersionRequest();
+MonitorRequest CalibrationRequest(uint32_t table_id);
+// Projector on in every other frame, or no longer. Firmware 5.12.8.100 or newer.
+MonitorRequest AlternatingEmitterRequest(bool alternate);
+
+struct FirmwareVersion {
+  uint8_t major = 0, minor = 0, patch = 0, build = 0;
+  auto operator<=>(const FirmwareVersion&) const = default;
+  std::string text() const;
+};
+
+struct CameraVersion {
+  FirmwareVersion firmware;
+  std::string module_serial;  // printed on the camera
+  std::string asic_serial;    // what USB shows
+};
+// Error kBadData: too short.
+Result<CameraVersion> ParseVersion(std::span<const uint8_t> payload);
+
+}  // namespace gw::camera

@@ -1,9 +1,30 @@
-# gw_library(NAME SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
+# gw_library(NAME [PURE] SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
+# PURE: a core; gw_purity_tests() checks on its archive that it needs no clock, thread, file and the like.
 function(gw_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "PURE" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  if(ARG_PURE)
+    set_property(GLOBAL APPEND PROPERTY GW_PURE_LIBRARIES ${name})
+  endif()
+endfunction()
+
+# gw_purity_tests(): one test over all PURE libraries, and one that shows that the check can fail.
+# Sanitizers put their own symbols into every archive, so there is nothing to check in such a build.
+function(gw_purity_tests)
+  find_package(Python3 COMPONENTS Interpreter)
+  if(NOT Python3_FOUND OR GW_SANITIZE)
+    return()
+  endif()
+  get_property(pure GLOBAL PROPERTY GW_PURE_LIBRARIES)
+  list(TRANSFORM pure REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE archives)
+  set(check Python3::Interpreter ${CMAKE_SOURCE_DIR}/tools/check/purity.py)
+  add_test(NAME purity COMMAND ${check} ${archives})
+  add_test(NAME purity.finds_clocks_and_threads COMMAND ${check} $<TARGET_FILE:gw_process>)
+  set_tests_properties(purity.finds_clocks_and_threads PROPERTIES
+    PASS_REGULAR_EXPRESSION "needs clock_gettime")
+  set_tests_properties(purity purity.finds_clocks_and_threads PROPERTIES LABELS unit)
 endfunction()
 
 # gw_program(NAME SOURCES ... LIBS ...): an installed program with --help and --version smoke tests.

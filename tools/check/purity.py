@@ -29,7 +29,7 @@ ALLOWED = [
     # the standard library's pure parts
     r"std::__throw_",
     r"std::_Rb_tree_|std::__detail::_(Prime_rehash_policy|List_node_base)|std::_Hash_bytes\(",
-    r"std::__cxx11::basic_string<|std::(to_chars|from_chars)\(|std::terminate\(\)",
+    r"std::__cxx11::basic_string<|std::(to_chars|from_chars)\(|std::(terminate\(\)|nothrow)",
     r"std::(bad_\w+|exception|logic_error|runtime_error|invalid_argument|out_of_range)::",
     # the solver and OpenCV's arithmetic; not their clocks, threads, files or generators
     r"((void|bool|int|double) |typeinfo for |vtable for )?ceres::",

@@ -11,7 +11,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kComfort = 0.7;  // m from walls beyond which the planner asks for no more
-constexpr double kSpacing = 0.05;
 
 struct Grid {
   const FloorMap& map;
@@ -67,14 +66,14 @@ std::vector<int> AStar(const Grid& grid, const Eigen::Vector2i& from, const Eige
 
 Leg Resample(const Leg& in) {
   Leg out = {in.front()};
-  double rest = kSpacing;
+  double rest = kLegSpacing;
   for (size_t i = 1; i < in.size(); ++i) {
     Vector2d a = in[i - 1];
     double length = (in[i] - a).norm();
     while (length >= rest) {
       a += (in[i] - a) * (rest / length);
       length -= rest;
-      rest = kSpacing;
+      rest = kLegSpacing;
       out.push_back(a);
     }
     rest -= length;

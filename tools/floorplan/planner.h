@@ -10,7 +10,8 @@
 
 namespace gw::floorplan {
 
-// The way from one waypoint to the next, points 5 cm apart.
+// The way from one waypoint to the next, points kLegSpacing apart.
+inline constexpr double kLegSpacing = 0.05;  // m
 using Leg = std::vector<Eigen::Vector2d>;
 
 // Moves stops that are nearer to a wall than the robot can stand to the nearest place where it can,

@@ -35,6 +35,12 @@ class Pursuit {
   // caller decides when it has arrived.
   Speed Update(const Eigen::Vector2d& position, double yaw);
 
+  // m, to where it is on the leg: far when something carried the robot away.
+  double DistanceToLeg(const Eigen::Vector2d& position) const {
+    return (leg_[nearest_] - position).norm();
+  }
+  // m, along the leg.
+  double Left() const { return kLegSpacing * static_cast<double>(leg_.size() - 1 - nearest_); }
   double DistanceToEnd(const Eigen::Vector2d& position) const {
     return (leg_.back() - position).norm();
   }

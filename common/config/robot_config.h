@@ -10,6 +10,7 @@
 #include "common/config/fields.h"
 #include "common/config/frontend_config.h"
 #include "common/config/kobuki_config.h"
+#include "common/config/navigate_config.h"
 
 namespace gw {
 
@@ -54,6 +55,7 @@ struct RobotConfig {
   FrontendConfig frontend;
   BackendConfig backend;
   DrEkfConfig dr_ekf;
+  NavigateConfig navigate;
   ProcessConfig process;
 
   template <typename Visitor>
@@ -66,6 +68,7 @@ struct RobotConfig {
     v.Section("frontend", frontend, {.text = "tracking"});
     v.Section("backend", backend, {.text = "mapping"});
     v.Section("dr_ekf", dr_ekf, {.text = "dead reckoning"});
+    v.Section("navigate", navigate, {.text = "driving to waypoints (gw-navigate)"});
     v.Section("process", process, {.text = "bus and scheduling"});
   }
 };

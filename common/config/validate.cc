@@ -43,6 +43,15 @@ std::vector<RuleViolation> CheckRules(const RobotConfig& config) {
                                                           std::to_string(orb.fast_threshold) +
                                                           "); lower it or raise fast_threshold"});
   }
+  const NavigateConfig& navigate = config.navigate;
+  if (navigate.slow_sigma_m >= navigate.stop_sigma_m) {
+    out.push_back({"navigate.slow_sigma_m", "must be smaller than stop_sigma_m (" +
+                                                FormatDouble(navigate.stop_sigma_m) + ")"});
+  }
+  if (navigate.slow_sigma_deg >= navigate.stop_sigma_deg) {
+    out.push_back({"navigate.slow_sigma_deg", "must be smaller than stop_sigma_deg (" +
+                                                  FormatDouble(navigate.stop_sigma_deg) + ")"});
+  }
   return out;
 }
 

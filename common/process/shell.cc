@@ -19,6 +19,18 @@ int Fail(const std::string& program, const Error& error) {
   return ExitCodeFor(error);
 }
 
+void AddOption(CLI::App& app, const ProgramOption& option) {
+  CLI::Option* added = nullptr;
+  if (bool* const* flag = std::get_if<bool*>(&option.value)) {
+    added = app.add_flag(option.name, **flag, option.text);
+  } else if (int* const* number = std::get_if<int*>(&option.value)) {
+    added = app.add_option(option.name, **number, option.text);
+  } else {
+    added = app.add_option(option.name, *std::get<std::string*>(option.value), option.text);
+  }
+  added->required(option.required);
+}
+
 // One round: wait, take in messages, let the node work until it has nothing more to do.
 Result<bool> Round(Loop& loop, Bus& bus, Node& node, Shell& shell) {
   const auto ready = loop.Wait();
@@ -32,7 +44,7 @@ Result<bool> Round(Loop& loop, Bus& bus, Node& node, Shell& shell) {
   if (const auto health = shell.health().ReportIfDue(shell.Now())) {
     shell.Publish(wire::kHealth, wire::Encode(*health));
   }
-  return !ready->stop;
+  return !ready->stop && !shell.exit_code();
 }
 
 // What a core or a library throws costs that step, not the process; a step that keeps throwing does
@@ -98,7 +110,7 @@ int RunProgram(int argc, char** argv, const ProgramDescription& program,
   app.add_option("--config", config_path, "robot YAML")->required();
   app.add_option("--lcm-url", lcm_url, "bus, instead of process.lcm_url of the configuration");
   app.add_flag("--check", check, "check the configuration and exit");
-  for (const ProgramOption& o : options) app.add_option(o.name, *o.value, o.text);
+  for (const ProgramOption& o : options) AddOption(app, o);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -128,7 +140,7 @@ int RunProgram(int argc, char** argv, const ProgramDescription& program,
   if (const auto ended = RunLoop(*loop, **bus, **node, shell); !ended) {
     return Fail(program.name, ended.error());
   }
-  return kExitOk;
+  return shell.exit_code().value_or(kExitOk);
 }
 
 }  // namespace gw::process

@@ -8,8 +8,10 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "common/config/robot_config.h"
@@ -54,6 +56,10 @@ class Shell {
   // A message that cannot be sent is counted as CHANNEL.unsent and logged.
   void Publish(const std::string& channel, std::span<const uint8_t> message);
 
+  // For programs that have an end of their own: the program ends after this step.
+  void End(int exit_code) { exit_code_ = exit_code; }
+  const std::optional<int>& exit_code() const { return exit_code_; }
+
  private:
   Bus* bus_;
   Loop* loop_;
@@ -61,6 +67,7 @@ class Shell {
   HealthReporter health_;
   LogLine log_;
   SequenceMonitor sequence_;
+  std::optional<int> exit_code_;
 };
 
 // A core with its subscriptions.
@@ -85,9 +92,10 @@ struct ProgramDescription {
 
 // An option of a single program, beyond --config, --lcm-url and --check.
 struct ProgramOption {
-  std::string name;  // "--map"
-  std::string* value = nullptr;
-  std::string text;  // for --help
+  std::string name;                               // "--map"
+  std::variant<std::string*, int*, bool*> value;  // bool: a flag
+  std::string text;                               // for --help
+  bool required = false;
 };
 
 using MakeNode = std::function<Result<std::unique_ptr<Node>>(const RobotConfig& config)>;

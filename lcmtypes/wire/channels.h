@@ -57,7 +57,8 @@ inline constexpr std::array<Channel, 15> kChannels{{
     {kHealth, "health_t", "every process", "1 Hz", QueuePolicy::kNewest, 100},
     {kBaseCommand, "base_command_t", "gw-navigate", "20 Hz", QueuePolicy::kNewest, 40},
     {kGroundTruth, "ground_truth_t", "gw-sim, importer", "any", QueuePolicy::kEvery, 1000},
-    {kNote, "note_t", "importer, gw-fault", "on demand", QueuePolicy::kEvery, 100},
+    {kNote, "note_t", "importer, gw-fault, gw-sim, gw-navigate", "on demand", QueuePolicy::kEvery,
+     100},
 }};
 
 // Null for a channel that is not ours.

@@ -1,13 +1,13 @@
 // gw-eval: compares an estimated trajectory with a reference.
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <string>
 
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
 #include "tools/eval/report.h"
+#include "tools/files/text_file.h"
 
 namespace gw::eval {
 namespace {
@@ -25,15 +25,6 @@ struct Arguments {
   double rpe_delta_s = 1.0;
   EvalOptions options;
 };
-
-Result<Done> WriteFile(const std::string& path, const std::string& text) {
-  if (path.empty()) return Done{};
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) return Error{ErrorCode::kIo, path + ": cannot write; check folder and free space"};
-  return Done{};
-}
 
 // Fills coverage from --frames or --images.
 Result<Done> MeasureCoverage(const Arguments& args, const Trajectory& est, EvalReport* report) {
@@ -79,9 +70,12 @@ Result<Done> Run(const Arguments& args) {
   }
   if (const auto done = MeasureCoverage(args, *est, &report); !done) return done.error();
   std::fputs(RenderTable(report).c_str(), stdout);
-  if (const auto done = WriteFile(args.json, RenderJson(report)); !done) return done.error();
+  if (!args.json.empty()) {
+    const auto done = tools::WriteTextFile(args.json, RenderJson(report));
+    if (!done) return done.error();
+  }
   if (args.plot.empty()) return Done{};
-  return WriteFile(args.plot, RenderPlot(report, *ref, *est));
+  return tools::WriteTextFile(args.plot, RenderPlot(report, *ref, *est));
 }
 
 }  // namespace

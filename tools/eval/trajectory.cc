@@ -1,16 +1,14 @@
 #include "tools/eval/trajectory.h"
 
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <sstream>
-#include <system_error>
 
 #include "common/process/event_log.h"
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/wire.h"
+#include "tools/files/text_file.h"
 
 namespace gw::eval {
 namespace {
@@ -28,18 +26,6 @@ bool ParseNumber(const std::string& text, Number* value) {
   const char* begin = text.data() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
   const auto [parsed_to, error] = std::from_chars(begin, end, *value);
   return error == std::errc() && parsed_to == end;
-}
-
-Result<std::string> ReadFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    return Error{ErrorCode::kNotFound,
-                 path + ": cannot open: " + std::generic_category().message(errno)};
-  }
-  std::ostringstream text;
-  if (file.peek() != std::ifstream::traits_type::eof()) text << file.rdbuf();
-  if (file.bad() || text.fail()) return Error{ErrorCode::kIo, path + ": cannot read"};
-  return text.str();
 }
 
 Result<TimedPose> ParsePose(const std::string& line, const std::string& name, int number) {
@@ -88,7 +74,7 @@ Result<Trajectory> ParseTum(const std::string& text, const std::string& name) {
 }
 
 Result<Trajectory> ReadTum(const std::string& path) {
-  const Result<std::string> text = ReadFile(path);
+  const Result<std::string> text = tools::ReadTextFile(path);
   if (!text) return text.error();
   return ParseTum(*text, path);
 }
@@ -120,7 +106,7 @@ Result<Trajectory> ReadReference(const std::string& path) {
 }
 
 Result<std::vector<Utime>> ReadFrameTimes(const std::string& path) {
-  const Result<std::string> text = ReadFile(path);
+  const Result<std::string> text = tools::ReadTextFile(path);
   if (!text) return text.error();
   std::istringstream lines(*text);
   std::string line;

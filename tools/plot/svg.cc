@@ -1,64 +1,21 @@
 #include "tools/plot/svg.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 
 #include "common/core/format.h"
+#include "tools/plot/elements.h"
 
 namespace gw::plot {
 namespace {
 
-// Distinct also for colour-blind readers (Okabe and Ito 2008).
-constexpr std::array<const char*, 7> kPalette = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                                 "#e69f00", "#56b4e9", "#000000"};
 constexpr double kMarginLeft = 64;
 constexpr double kMarginRight = 16;
 constexpr double kMarginTop = 34;
 constexpr double kMarginBottom = 46;
-constexpr double kFigureTitleHeight = 34;
 constexpr double kTickSpacingX = 80;  // px between ticks, about
 constexpr double kTickSpacingY = 45;
-constexpr double kCharWidth = 6.2;  // px, of the 11 px labels, about
-
-std::string Px(double value) {
-  return FormatFixed(value, 2);
-}
-
-std::string Escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
-
-std::string Text(double x, double y, const std::string& text, const std::string& attributes = "") {
-  if (text.empty()) return "";
-  return "<text x=\"" + Px(x) + "\" y=\"" + Px(y) + "\"" + attributes + ">" + Escaped(text) +
-         "</text>\n";
-}
-
-std::string Line(double x0, double y0, double x1, double y1, const std::string& stroke) {
-  return "<line x1=\"" + Px(x0) + "\" y1=\"" + Px(y0) + "\" x2=\"" + Px(x1) + "\" y2=\"" + Px(y1) +
-         "\" " + stroke + "/>\n";
-}
 
 struct Range {
   double low = 0;
@@ -98,21 +55,6 @@ Range AxisRange(const Panel& panel, bool of_x) {
 void Grow(Range* range, double size) {
   const double middle = 0.5 * (range->low + range->high);
   *range = {middle - 0.5 * size, middle + 0.5 * size};
-}
-
-double TickStep(double span, int target) {
-  const double raw = span / target;
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (raw <= factor * power * (1 + 1e-9)) return factor * power;
-  }
-  return 10.0 * power;
-}
-
-std::string TickLabel(double value, double step) {
-  const double size = std::max(std::abs(value), step);
-  if (size >= 1e7 || step < 1e-6) return FormatDouble(value);
-  return FormatFixed(value, std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9))));
 }
 
 // One panel at a place of the figure, and the way from its data to its pixels.
@@ -276,30 +218,16 @@ class PanelRenderer {
 
 }  // namespace
 
-std::vector<double> NiceTicks(double low, double high, int target) {
-  const double step = TickStep(high - low, target);
-  const double slack = 1e-9 * step;
-  std::vector<double> ticks;
-  // Multiples of the step, not sums: sums would gather rounding errors.
-  for (double k = std::ceil((low - slack) / step); k * step <= high + slack; ++k) {
-    ticks.push_back(k * step + 0.0);  // + 0.0 turns -0 into 0
-  }
-  return ticks;
-}
-
 std::string RenderSvg(const Figure& figure) {
   const int columns = std::max(1, figure.columns);
   const int panels = static_cast<int>(figure.panels.size());
   const int rows = (panels + columns - 1) / columns;
-  const double header = figure.title.empty() ? 0 : kFigureTitleHeight;
+  const double header = figure.title.empty() ? 0 : kHeaderHeight;
   const double width = columns * figure.panel_width;
-  const double height = header + rows * figure.panel_height;
-  std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + FormatFixed(width, 0) +
-                    "\" height=\"" + FormatFixed(height, 0) + "\" viewBox=\"0 0 " +
-                    FormatFixed(width, 0) + " " + FormatFixed(height, 0) +
-                    "\" font-family=\"sans-serif\" font-size=\"11\">\n"
-                    "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
-  out += Text(0.5 * width, 24, figure.title, " text-anchor=\"middle\" font-size=\"16\"");
+  const double panels_end = header + rows * figure.panel_height;
+  const double height = panels_end + kFooterLine * static_cast<double>(figure.footer.size());
+  std::string out = SvgBegin(width, height);
+  out += Header(width, figure.title);
   for (int i = 0; i < panels; ++i) {
     const int row = i / columns;
     const double x = (i % columns) * figure.panel_width;
@@ -307,7 +235,7 @@ std::string RenderSvg(const Figure& figure) {
     out +=
         PanelRenderer(figure.panels[i], x, y, figure.panel_width, figure.panel_height, i).Render();
   }
-  return out + "</svg>\n";
+  return out + Footer(panels_end, figure.footer) + "</svg>\n";
 }
 
 }  // namespace gw::plot

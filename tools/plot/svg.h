@@ -45,13 +45,10 @@ struct Figure {
   int columns = 1;
   int panel_width = 640;  // px, with axes and labels
   int panel_height = 400;
-  std::vector<Panel> panels;  // row by row
+  std::vector<Panel> panels;        // row by row
+  std::vector<std::string> footer;  // small lines below: where the data comes from
 };
 
 std::string RenderSvg(const Figure& figure);
-
-// About `target` round values (1, 2 or 5 times a power of ten) that lie in [low, high], ascending.
-// Precondition: finite, low < high, target >= 1.
-std::vector<double> NiceTicks(double low, double high, int target);
 
 }  // namespace gw::plot

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/core/random.h"
+#include "tools/plot/elements.h"
 
 namespace gw::plot {
 namespace {

@@ -4,10 +4,14 @@
 #include <fstream>
 #include <sstream>
 
-#include "tools/sim/strict_yaml.h"
+#include "tools/files/strict_yaml.h"
 
 namespace gw::sim {
 namespace {
+
+using tools::ReadNumbers;
+using tools::StrictMap;
+using tools::YamlReport;
 
 const std::vector<std::pair<const char*, EventKind>> kEventKinds = {
     {"lights_off", EventKind::kLightsOff},

@@ -14,8 +14,11 @@
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
 #include "lcmtypes/wire/channels.h"
+#include "tools/files/text_file.h"
+#include "tools/slam/run_log.h"
 #include "tools/slam/slam_output.h"
 #include "tools/slam/slam_session.h"
+#include "tools/slam/variant.h"
 
 namespace gw::tools {
 namespace {
@@ -26,6 +29,8 @@ struct Arguments {
   std::string out;
   std::string variant;
   std::string frame = "body";
+  std::string timing;
+  int seed = 0;
 };
 
 int Fail(const Error& error) {
@@ -33,41 +38,22 @@ int Fail(const Error& error) {
   return ExitCodeFor(error);
 }
 
-// "fixed:ALPHA" sets the scale too. Empty: as the configuration says.
-Result<Done> ApplyVariant(const std::string& text, FrontendConfig* config) {
-  const std::pair<const char*, Variant> names[] = {
-      {"none", Variant::kNone}, {"da", Variant::kDa},     {"pe", Variant::kPe},
-      {"lba", Variant::kLba},   {"full", Variant::kFull}, {"switch", Variant::kSwitch}};
-  if (text.empty()) return Done{};
-  for (const auto& [name, variant] : names) {
-    if (text == name) {
-      config->variant = variant;
-      return Done{};
-    }
-  }
-  if (text.rfind("fixed:", 0) == 0) {
-    char* end = nullptr;
-    const double alpha = std::strtod(text.c_str() + 6, &end);
-    if (end != text.c_str() + 6 && *end == '\0' && alpha >= 0 && alpha <= 1e12) {
-      config->variant = Variant::kFixed;
-      config->dr_weight.fixed_alpha = alpha;
-      return Done{};
-    }
-  }
-  return Error{ErrorCode::kInvalidArgument,
-               "--variant " + text + ": use none, da, pe, lba, full, switch or fixed:ALPHA"};
-}
-
-std::string VariantName(const FrontendConfig& config) {
-  const char* names[] = {"none", "da", "pe", "lba", "full", "fixed", "switch"};
-  return names[static_cast<int>(config.variant)];
+int64_t SteadyMicroseconds() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
 }
 
 // Progress, timing and memory go to stderr: they differ from run to run, the outputs must not.
 class Stopwatch {
  public:
-  void Image(std::chrono::steady_clock::duration took) {
-    milliseconds_.push_back(std::chrono::duration<double, std::milli>(took).count());
+  // After each event: how long since the one before.
+  void Event(bool image) {
+    const auto now = std::chrono::steady_clock::now();
+    if (image) {
+      milliseconds_.push_back(std::chrono::duration<double, std::milli>(now - event_).count());
+    }
+    event_ = now;
   }
   void Progress(int64_t position, int64_t size) {
     const auto now = std::chrono::steady_clock::now();
@@ -97,33 +83,35 @@ class Stopwatch {
  private:
   std::vector<double> milliseconds_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point event_ = last_;
 };
 
 int Run(const Arguments& arguments) {
   Result<RobotConfig> config = LoadRobotConfig(arguments.config);
   if (!config) return Fail(config.error());
-  if (const auto applied = ApplyVariant(arguments.variant, &config->frontend); !applied) {
-    return Fail(applied.error());
+  if (!arguments.variant.empty()) {
+    const auto applied = ApplyVariant(arguments.variant, &config->frontend);
+    if (!applied) return Fail(applied.error());
   }
   auto session = SlamSession::Create(*config);
   if (!session) return Fail(session.error());
   auto log = process::EventLogReader::Open(arguments.log);
   if (!log) return Fail(log.error());
 
+  if (!arguments.timing.empty()) session->MeasureTracking(SteadyMicroseconds);
   Stopwatch stopwatch;
-  while (const auto event = log->Next()) {
-    const auto start = std::chrono::steady_clock::now();
-    session->Process(*event);
-    if (event->channel == wire::kCamera) stopwatch.Image(std::chrono::steady_clock::now() - start);
-    stopwatch.Progress(log->position(), log->size());
-  }
-  if (log->error()) return Fail(*log->error());
-  session->Finish();
+  const auto done = RunLog(*log, {.seed = arguments.seed, .span = {}}, &*session,
+                           [&](const process::LogEvent& event) {
+                             stopwatch.Event(event.channel == wire::kCamera);
+                             stopwatch.Progress(log->position(), log->size());
+                           });
+  if (!done) return Fail(done.error());
   stopwatch.Print();
 
   RunDescription run;
   run.log_name = std::filesystem::path(arguments.log).filename().string();
-  run.variant = VariantName(config->frontend);
+  run.variant = VariantName(config->frontend.variant);
+  run.seed = arguments.seed;
   run.frame = arguments.frame == "camera" ? OutputFrame::kCamera : OutputFrame::kBody;
   run.skipped_bytes = log->skipped_bytes();
   run.truncated = log->truncated();
@@ -138,6 +126,10 @@ int Run(const Arguments& arguments) {
   }
   const Result<Done> written = WriteOutputs(arguments.out, *config, run, *session);
   if (!written) return Fail(written.error());
+  if (!arguments.timing.empty()) {
+    const auto timing = WriteTextFile(arguments.timing, TimingTable(*session));
+    if (!timing) return Fail(timing.error());
+  }
   return kExitOk;
 }
 
@@ -157,6 +149,11 @@ int main(int argc, char** argv) {
       "--variant", arguments.variant,
       "where dead reckoning enters: none, da, pe, lba, full, switch, fixed:ALPHA; default: "
       "as the YAML says");
+  app.add_option("--seed", arguments.seed,
+                 "perturbs the start: the first 3 * SEED images are dropped (default 0: none)")
+      ->check(CLI::Range(0, 1000));
+  app.add_option("--timing", arguments.timing,
+                 "write the front-end's time per image to this CSV file; differs between runs");
   app.add_option("--frame", arguments.frame, "pose in the trajectories: body or camera")
       ->check(CLI::IsMember({"body", "camera"}));
   try {

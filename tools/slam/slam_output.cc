@@ -1,16 +1,14 @@
 #include "tools/slam/slam_output.h"
 
 #include <array>
-#include <cerrno>
 #include <cinttypes>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "common/config/writer.h"
 #include "common/core/version.h"
+#include "tools/files/text_file.h"
 
 namespace gw::tools {
 namespace {
@@ -30,17 +28,6 @@ std::string TumLine(Utime utime, const SE3& T) {
                 q.x(), q.y(), q.z(), q.w());
 }
 
-Result<Done> WriteFile(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) {
-    return Error{ErrorCode::kIo, path + ": cannot be written: " + std::strerror(errno) +
-                                     "; check permissions and free space"};
-  }
-  return Done{};
-}
-
 std::string FramesTable(const std::vector<FramePose>& frames) {
   std::string out =
       "utime,status,n_det,n_trk,n_inliers,q,alpha,dr_share,map_revision,latency_us,"
@@ -57,6 +44,23 @@ std::string FramesTable(const std::vector<FramePose>& frames) {
   return out;
 }
 
+// Upper triangle, row by row, of the covariance of each pose of trajectory.tum.
+std::string CovarianceTable(const std::vector<FramePose>& frames) {
+  std::string out = "utime";
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) out += Format(",c%d%d", i, j);
+  }
+  out += '\n';
+  for (const FramePose& f : frames) {
+    out += Format("%" PRId64, f.utime.us);
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) out += Format(",%.9g", f.cov_T_WB(i, j));
+    }
+    out += '\n';
+  }
+  return out;
+}
+
 constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus::kTracking,
                                   TrackingStatus::kDegraded,     TrackingStatus::kDrOnly,
                                   TrackingStatus::kRecovering,   TrackingStatus::kLost};
@@ -68,7 +72,7 @@ std::string Report(const RobotConfig& config, const RunDescription& run,
   out << "{\n  \"program\": \"gw-slam\",\n  \"version\": \"" << Version() << "\",\n";
   out << "  \"log\": \"" << run.log_name << "\",\n  \"robot\": \"" << config.robot.name << "\",\n";
   out << Format("  \"config_hash\": \"%016" PRIx64 "\",\n", ConfigHash(config));
-  out << "  \"variant\": \"" << run.variant << "\",\n";
+  out << "  \"variant\": \"" << run.variant << "\",\n  \"seed\": " << run.seed << ",\n";
   out << "  \"frame\": \"" << (run.frame == OutputFrame::kBody ? "body" : "camera") << "\",\n";
   out << "  \"dr_synthetic\": " << (session.dr_synthetic() ? "true" : "false") << ",\n";
   out << "  \"images\": " << session.counters().images << ",\n  \"poses\": {";
@@ -98,6 +102,15 @@ std::string Report(const RobotConfig& config, const RunDescription& run,
 }
 
 }  // namespace
+
+std::string TimingTable(const SlamSession& session) {
+  std::string out = "utime,tracking_us\n";
+  for (size_t i = 0; i < session.tracking_us().size(); ++i) {
+    out +=
+        Format("%" PRId64 ",%" PRId64 "\n", session.frames()[i].utime.us, session.tracking_us()[i]);
+  }
+  return out;
+}
 
 const char* StatusName(TrackingStatus status) {
   switch (status) {
@@ -130,9 +143,12 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
   const SE3 T_BOut = run.frame == OutputFrame::kCamera ? config.calibration.camera.T_BC : SE3();
   std::string live;
   std::string final;
-  for (const FramePose& f : session.frames()) {
+  std::string dr;
+  for (size_t i = 0; i < session.frames().size(); ++i) {
+    const FramePose& f = session.frames()[i];
     live += TumLine(f.utime, f.T_WB * T_BOut);
     final += TumLine(f.utime, session.FinalPose(f) * T_BOut);
+    if (const auto& T_OB = session.dr_poses()[i]) dr += TumLine(f.utime, *T_OB * T_BOut);
   }
   std::string keyframes;
   for (const auto& [id, keyframe] : session.mapper().map().keyframes()) {
@@ -143,10 +159,12 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
       {"trajectory.tum", live},
       {"trajectory_final.tum", final},
       {"keyframes.tum", keyframes},
+      {"dr.tum", dr},
       {"frames.csv", FramesTable(session.frames())},
+      {"covariance.csv", CovarianceTable(session.frames())},
       {"report.json", Report(config, run, session)}};
   for (const auto& [name, text] : files) {
-    const Result<Done> written = WriteFile(folder + "/" + name, text);
+    const Result<Done> written = WriteTextFile(folder + "/" + name, text);
     if (!written) return written.error();
   }
   return Done{};

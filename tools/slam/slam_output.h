@@ -14,14 +14,19 @@ struct RunDescription {
   std::string log_name;  // without its folder, so that reports of one log compare equal
   std::string variant;
   OutputFrame frame = OutputFrame::kBody;
+  int seed = 0;               // see run_log.h
   int64_t skipped_bytes = 0;  // of the log
   bool truncated = false;     // the log
 };
 
-// Writes trajectory.tum, trajectory_final.tum, keyframes.tum, frames.csv and report.json into
-// `folder` (made when missing). Error kIo: the file and what the system says.
+// Writes trajectory.tum, trajectory_final.tum, keyframes.tum, dr.tum, frames.csv, covariance.csv
+// and report.json into `folder` (made when missing). Error kIo: the file and what the system says.
 Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
                           const RunDescription& run, const SlamSession& session);
+
+// utime and front-end time of each image, as CSV. Differs from run to run, so it is none of the
+// outputs above.
+std::string TimingTable(const SlamSession& session);
 
 // "tracking", "dr_only", ...: as in frames.csv and report.json.
 const char* StatusName(TrackingStatus status);

@@ -5,6 +5,12 @@
 #include "lcmtypes/wire/channels.h"
 
 namespace gw::tools {
+namespace {
+
+// The newest DR state lags the image by up to a wheel message and its delay.
+constexpr DurationUs kMaxDrExtrapolation = Milliseconds(60);
+
+}  // namespace
 
 SlamSession::SlamSession(frontend::Tracker tracker, BackendSchedule backend,
                          std::optional<dr_ekf::DrFilter> dr_filter, const RectifiedCamera& camera)
@@ -56,15 +62,23 @@ void SlamSession::Process(const process::LogEvent& event) {
       return;
     }
     dr_synthetic_ |= state->synthetic;
-    if (!tracker_.Push(*state)) ++counters_.dr_refused;
+    ProcessDr(*state);
   }
+}
+
+void SlamSession::ProcessDr(const DrState& state) {
+  dr_.Push(state);  // refuses what the tracker refuses, which is counted
+  if (!tracker_.Push(state)) ++counters_.dr_refused;
 }
 
 void SlamSession::ProcessImage(const CameraFrame& frame) {
   ++counters_.images;
   Deliver(backend_.AdvanceTo(frame.utime));
+  const int64_t begin_us = now_us_ ? now_us_() : 0;
   frontend::TrackerOutput out = tracker_.Push(frame);
+  if (now_us_) tracking_us_.push_back(now_us_() - begin_us);
   frames_.push_back(out.pose);
+  dr_poses_.push_back(dr_.PoseAt(frame.utime, kMaxDrExtrapolation));
   if (out.keyframe) Deliver(backend_.Insert(*out.keyframe, frame.utime));
 }
 
@@ -78,9 +92,7 @@ void SlamSession::Deliver(const std::vector<MapUpdate>& updates) {
 
 void SlamSession::Deliver(const dr_ekf::DrFilter::Output& output) {
   dr_counters_ = output.counters;
-  for (const DrState& state : output.states) {
-    if (!tracker_.Push(state)) ++counters_.dr_refused;
-  }
+  for (const DrState& state : output.states) ProcessDr(state);
 }
 
 void SlamSession::Finish() {

@@ -1,13 +1,17 @@
 // The whole system in one process: log events in, poses and a map out. The same cores as the live
 // processes, joined by BackendSchedule instead of a bus. No clocks: same events, same result.
+// (A clock that is handed in to measure with has no influence.)
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "common/camera/camera_model.h"
 #include "common/config/robot_config.h"
+#include "common/contract/dr_history.h"
 #include "common/process/event_log.h"
 #include "dr_ekf/core/dr_filter.h"
 #include "frontend/core/tracker.h"
@@ -32,10 +36,18 @@ class SlamSession {
   // After the last event: lets the back-end finish.
   void Finish();
 
+  // From now on notes how long the front-end takes for each image; now_us: a monotonic clock.
+  void MeasureTracking(std::function<int64_t()> now_us) { now_us_ = std::move(now_us); }
+
   // Every image's pose, as it was published.
   const std::vector<FramePose>& frames() const { return frames_; }
   // The same image's pose expressed by the final keyframes.
   SE3 FinalPose(const FramePose& frame) const;
+  // Per image: T_OB of dead reckoning alone, as far as it was known when the image came; whatever
+  // the variant. Empty where dead reckoning had nothing to say; jumps where its process restarted.
+  const std::vector<std::optional<SE3>>& dr_poses() const { return dr_poses_; }
+  // Per image, us; empty without MeasureTracking().
+  const std::vector<int64_t>& tracking_us() const { return tracking_us_; }
   const backend::Mapper& mapper() const { return backend_.mapper(); }
   const SlamCounters& counters() const { return counters_; }
   const std::optional<dr_ekf::DrCounters>& dr_counters() const { return dr_counters_; }
@@ -47,6 +59,7 @@ class SlamSession {
               std::optional<dr_ekf::DrFilter> dr_filter, const RectifiedCamera& camera);
 
   void ProcessImage(const CameraFrame& frame);
+  void ProcessDr(const DrState& state);
   void Deliver(const std::vector<MapUpdate>& updates);
   void Deliver(const dr_ekf::DrFilter::Output& output);
 
@@ -54,7 +67,11 @@ class SlamSession {
   BackendSchedule backend_;
   std::optional<dr_ekf::DrFilter> dr_filter_;
   RectifiedCamera camera_;
+  DrHistory dr_;
+  std::function<int64_t()> now_us_;
   std::vector<FramePose> frames_;
+  std::vector<std::optional<SE3>> dr_poses_;
+  std::vector<int64_t> tracking_us_;
   SlamCounters counters_;
   std::optional<dr_ekf::DrCounters> dr_counters_;
   bool dr_synthetic_ = false;

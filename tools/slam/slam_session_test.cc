@@ -13,7 +13,9 @@
 #include "common/core/random.h"
 #include "common/process/event_log.h"
 #include "lcmtypes/wire/channels.h"
+#include "tools/slam/run_log.h"
 #include "tools/slam/slam_output.h"
+#include "tools/slam/variant.h"
 
 namespace gw::tools {
 namespace {
@@ -129,8 +131,8 @@ double WorstError(const SlamSession& session) {
 std::string AllOutputs(const SlamSession& session, const std::string& folder) {
   EXPECT_TRUE(WriteOutputs(folder, Robot(), {"log.lcm", "full"}, session).ok());
   std::ostringstream all;
-  for (const char* name :
-       {"trajectory.tum", "trajectory_final.tum", "keyframes.tum", "frames.csv", "report.json"}) {
+  for (const char* name : {"trajectory.tum", "trajectory_final.tum", "keyframes.tum", "dr.tum",
+                           "frames.csv", "covariance.csv", "report.json"}) {
     all << std::ifstream(folder + "/" + name).rdbuf();
   }
   return all.str();
@@ -156,6 +158,71 @@ TEST(SlamSession, SameInputGivesTheSameBytes) {
   const std::string b = AllOutputs(RunAll(Robot(), events), Scratch("b"));
   EXPECT_GT(a.size(), 10000u);
   EXPECT_EQ(a, b);
+}
+
+TEST(SlamSession, AClockThatMeasuresChangesNothing) {
+  const auto events = Recording(20);
+  SlamSession session = *SlamSession::Create(Robot());
+  int64_t ticks = 0;
+  session.MeasureTracking([&ticks] { return ticks += 7; });
+  for (const Event& e : events) session.Process({0, {}, e.channel, e.bytes});
+  session.Finish();
+  EXPECT_EQ(session.tracking_us(), std::vector<int64_t>(20, 7));
+  EXPECT_EQ(AllOutputs(session, Scratch("measured")),
+            AllOutputs(RunAll(Robot(), events), Scratch("not_measured")));
+}
+
+TEST(SlamSession, KeepsWhatDeadReckoningAloneSays) {
+  const SlamSession session = RunAll(Robot(), Recording(20));
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(session.dr_poses()[i]);
+    EXPECT_LT((session.dr_poses()[i]->translation() - 1.01 * TruePose(i).translation()).norm(),
+              1e-9);
+  }
+}
+
+SlamSession RunLogged(const std::string& name, const LogRunOptions& options) {
+  const std::string path = Scratch(name) + ".lcm";
+  auto writer = process::EventLogWriter::Create(path);
+  EXPECT_TRUE(writer.ok());
+  int i = 0;
+  for (const Event& e : Recording(30)) {
+    EXPECT_TRUE(writer->Append({kPeriodUs * (i++ / 2)}, e.channel, e.bytes).ok());
+  }
+  EXPECT_TRUE(writer->Close().ok());
+  auto log = process::EventLogReader::Open(path);
+  EXPECT_TRUE(log.ok());
+  SlamSession session = *SlamSession::Create(Robot());
+  EXPECT_TRUE(RunLog(*log, options, &session).ok());
+  return session;
+}
+
+TEST(RunLog, ASeedStartsLaterAndKeepsDeadReckoning) {
+  const SlamSession session = RunLogged("seed", {.seed = 4, .span = {}});
+  ASSERT_EQ(session.frames().size(), 30u - 4 * kImagesPerSeed);
+  EXPECT_EQ(session.frames().front().utime.us, 4 * kImagesPerSeed * kPeriodUs);
+  EXPECT_TRUE(session.dr_poses().front());
+}
+
+TEST(RunLog, ASpanTakesItsImagesOnly) {
+  const SlamSession session =
+      RunLogged("span", {.seed = 0, .span = {{10 * kPeriodUs}, {20 * kPeriodUs}}});
+  ASSERT_EQ(session.frames().size(), 10u);
+  EXPECT_EQ(session.frames().front().utime.us, 10 * kPeriodUs);
+}
+
+TEST(Variants, AreNamedAsOnTheCommandLine) {
+  FrontendConfig config;
+  for (const char* name : {"none", "da", "pe", "lba", "full", "switch"}) {
+    ASSERT_TRUE(ApplyVariant(name, &config).ok());
+    EXPECT_EQ(VariantName(config.variant), name);
+  }
+  ASSERT_TRUE(ApplyVariant("fixed:2.5e3", &config).ok());
+  EXPECT_EQ(config.variant, Variant::kFixed);
+  EXPECT_EQ(config.dr_weight.fixed_alpha, 2500);
+  for (const char* name : {"", "fixed", "fixed:", "fixed:-1", "fixed:nan", "fixed:1x", "Full"}) {
+    EXPECT_FALSE(ApplyVariant(name, &config).ok()) << name;
+  }
 }
 
 TEST(SlamSession, DarknessIsBridgedIntoTheSameMap) {

@@ -1,4 +1,4 @@
-#include "tools/sim/strict_yaml.h"
+#include "tools/files/strict_yaml.h"
 
 #include <algorithm>
 #include <charconv>
@@ -7,7 +7,7 @@
 
 #include "common/core/format.h"
 
-namespace gw::sim {
+namespace gw::tools {
 namespace {
 
 template <typename Number>
@@ -137,4 +137,4 @@ bool ReadNumbers(const YAML::Node& node, const std::string& path, size_t count, 
   return true;
 }
 
-}  // namespace gw::sim
+}  // namespace gw::tools

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace gw::sim {
+namespace gw::tools {
 
 class YamlReport {
  public:
@@ -72,4 +72,4 @@ class StrictMap {
 bool ReadNumbers(const YAML::Node& node, const std::string& path, size_t count, YamlReport* report,
                  std::vector<double>* values);
 
-}  // namespace gw::sim
+}  // namespace gw::tools

@@ -6,6 +6,12 @@
 namespace gw::backend {
 namespace {
 
+bool HasDepth(const Map& map, const Observation& observation) {
+  const auto& features = map.FindKeyframe(observation.keyframe)->frame.features;
+  const auto index = static_cast<size_t>(observation.feature_index);
+  return index < features.size() && features[index].has_depth();
+}
+
 // Lack of quality of the edge that ends at `to`; a keyframe without an edge lacks nothing.
 double Lack(const Map& map, const MapKeyframe& to, double reference) {
   return to.frame.previous.valid() ? 1.0 - EdgeQuality(map, to.frame.id, reference) : 0.0;
@@ -13,9 +19,25 @@ double Lack(const Map& map, const MapKeyframe& to, double reference) {
 
 }  // namespace
 
+int SharedCloseLandmarks(const Map& map, KeyframeId a, KeyframeId b) {
+  int shared = 0;
+  for (const LandmarkId id : map.FindKeyframe(a)->frame.landmarks) {
+    if (!id.valid()) continue;
+    const std::vector<Observation>& seen = map.FindLandmark(id)->observations;
+    const auto by_keyframe = [](const Observation& o, KeyframeId k) { return o.keyframe < k; };
+    const auto in_b = std::lower_bound(seen.begin(), seen.end(), b, by_keyframe);
+    if (in_b == seen.end() || in_b->keyframe != b) continue;
+    const auto in_a = std::lower_bound(seen.begin(), seen.end(), a, by_keyframe);
+    shared += HasDepth(map, *in_a) || HasDepth(map, *in_b);
+  }
+  return shared;
+}
+
 double EdgeQuality(const Map& map, KeyframeId to, double connection_reference) {
   const MapKeyframe& keyframe = map.keyframes().at(to);
-  const double shared = map.SharedLandmarks(to, keyframe.frame.previous);
+  const double shared = map.FindKeyframe(keyframe.frame.previous) == nullptr
+                            ? 0
+                            : SharedCloseLandmarks(map, to, keyframe.frame.previous);
   return std::clamp(shared / connection_reference, 0.0, 1.0);
 }
 
@@ -44,7 +66,7 @@ double ConnectionReference(const Map& map, const DrWeightConfig& config) {
         previous->frame.num_tracked < config.n_trk_ref) {
       continue;
     }
-    counts.push_back(map.SharedLandmarks(it->first, keyframe.frame.previous));
+    counts.push_back(SharedCloseLandmarks(map, it->first, keyframe.frame.previous));
     if (counts.size() == kReferenceKeyframes) break;
   }
   if (counts.size() < 3) return kInitialConnectionReference;

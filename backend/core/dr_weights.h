@@ -1,8 +1,11 @@
 // Good Weights in local mapping: how strongly the DR edge between temporally adjacent keyframes
 // counts (method.md section 3).
 //
-//   Q_ij = clip(C_ij / C_ref, 0, 1)                     C_ij: landmarks that both observe
+//   Q_ij = clip(C_ij / C_ref, 0, 1)                     C_ij: close landmarks that both observe
 //   alpha = alpha_min * (alpha_max / alpha_min)^(1-Q)
+//
+// Close: with depth in one of the two at least. Far landmarks do not tell how far the robot went,
+// however many they are (docs/adr/0007-what-counts-as-tracked.md).
 //
 // Smoothing. The lack of quality 1 - Q of an edge reaches its neighbours along the temporal chain,
 // halved with every hop: lack~(e) = max over edges f, |e - f| <= kSmoothingHops, of
@@ -17,6 +20,9 @@ namespace gw::backend {
 
 inline constexpr int kSmoothingHops = 3;
 inline constexpr int kInitialConnectionReference = 20;  // C_ref before there is a median (paper)
+
+// C_ij. Precondition: both are in the map.
+int SharedCloseLandmarks(const Map& map, KeyframeId a, KeyframeId b);
 
 // Q of the edge that ends at `to` (from its `previous`). Precondition: `to` is in the map.
 double EdgeQuality(const Map& map, KeyframeId to, double connection_reference);

@@ -18,6 +18,7 @@ Map Chain(const std::vector<int>& shared, int num_tracked = 200) {
     keyframe.previous = {static_cast<int64_t>(k)};
     keyframe.num_tracked = num_tracked;
     keyframe.features.resize(kFeatures);
+    for (Feature& feature : keyframe.features) feature.depth = 2;
     keyframe.descriptors.resize(kFeatures);
     keyframe.landmarks.resize(kFeatures);
     map.AddKeyframe(keyframe);
@@ -63,6 +64,31 @@ TEST(EdgeQuality, IsTheShareOfTheReferenceConnection) {
   EXPECT_DOUBLE_EQ(EdgeQuality(map, {3}, 100), 0.0);
   EXPECT_DOUBLE_EQ(EdgeQuality(map, {4}, 100), 0.5);
   EXPECT_DOUBLE_EQ(EdgeQuality(map, {5}, 100), 1.0);
+}
+
+TEST(EdgeQuality, CountsLandmarksWithDepthOnly) {
+  Map map = Chain({100});
+  Keyframe far = map.FindKeyframe({2})->frame;  // sees the same again, too far for stereo
+  far.id = {3};
+  far.utime.us += 1000;
+  far.previous = {2};
+  for (Feature& feature : far.features) feature.depth = 0;
+  map.AddKeyframe(far);
+  for (int i = 0; i < 100; ++i) {
+    map.AddObservation(LandmarkId::From({2}, 2 * i), {{3}, 2 * i});
+  }
+  EXPECT_EQ(SharedCloseLandmarks(map, {3}, {2}), 100) << "depth in one of the two is enough";
+  Keyframe farther = far;
+  farther.id = {4};
+  farther.utime.us += 1000;
+  farther.previous = {3};
+  map.AddKeyframe(farther);
+  for (int i = 0; i < 100; ++i) {
+    map.AddObservation(LandmarkId::From({2}, 2 * i), {{4}, 2 * i});
+  }
+  EXPECT_EQ(map.SharedLandmarks({4}, {3}), 100);
+  EXPECT_EQ(SharedCloseLandmarks(map, {4}, {3}), 0);
+  EXPECT_DOUBLE_EQ(EdgeQuality(map, {4}, 100), 0.0);
 }
 
 // The paper's picture (fig. dr_ba): K4 and K5 are poorly connected. Their edges are strongest,

@@ -21,6 +21,11 @@ inline bool DrInLocalBa(Variant v) {
 inline bool DrInGlobalBa(Variant v) {
   return DrInLocalBa(v) && v != Variant::kLba;
 }
+// The scale of the DR information follows the quality of tracking (the others: none, or a
+// baseline).
+inline bool AdaptsAlpha(Variant v) {
+  return v == Variant::kPe || v == Variant::kLba || v == Variant::kFull;
+}
 
 struct OrbConfig {
   int num_features = 800;

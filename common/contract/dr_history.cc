@@ -44,8 +44,8 @@ std::optional<SE3> DrHistory::PoseAt(Utime utime, DurationUs max_extrapolation) 
   return Interpolate(before->T_OB, after->T_OB, fraction);
 }
 
-std::optional<DrIncrement> DrHistory::Increment(Utime a, Utime b,
-                                                DurationUs max_extrapolation) const {
+std::optional<DrIncrement> DrHistory::Increment(Utime a, Utime b, DurationUs max_extrapolation,
+                                                DrNoise* noise) const {
   if (b < a) return std::nullopt;
   const std::optional<SE3> T_OBa = PoseAt(a, max_extrapolation);
   const std::optional<SE3> T_OBb = PoseAt(b, max_extrapolation);
@@ -62,10 +62,7 @@ std::optional<DrIncrement> DrHistory::Increment(Utime a, Utime b,
   if (it == states_.end()) --it;
   out.reset_counter = it->reset_counter;
 
-  Matrix6d white = Matrix6d::Zero();
-  Matrix6d lever =
-      Matrix6d::Zero();  // integral of the adjoint that carries a twist error at t to b
-  Matrix6d coherent = Matrix6d::Zero();
+  DrNoise sum;
   Utime from = a;
   for (; it != states_.end(); ++it) {
     if (it->reset_counter != out.reset_counter) return std::nullopt;
@@ -76,15 +73,16 @@ std::optional<DrIncrement> DrHistory::Increment(Utime a, Utime b,
     const double dt = (to - from).seconds();
     const SE3 T_BbBt = T_OBb->inverse() * (it->utime > b ? *T_OBb : it->T_OB);
     const Matrix6d adj = T_BbBt.Adjoint();
-    white += adj * it->cov_twist_white * adj.transpose() * dt;
-    lever += adj * dt;
-    coherent += it->cov_twist_coherent * dt;
+    sum.white += adj * it->cov_twist_white * adj.transpose() * dt;
+    sum.lever += adj * dt;
+    sum.coherent += it->cov_twist_coherent * dt;
     from = to;
     if (last) break;
   }
   const double duration = (b - a).seconds();
-  if (duration > 0) coherent /= duration;
-  out.cov = white + lever * coherent * lever.transpose();
+  if (duration > 0) sum.coherent /= duration;
+  out.cov = sum.Covariance();
+  if (noise != nullptr) *noise = sum;
   return out;
 }
 

@@ -9,6 +9,15 @@
 
 namespace gw {
 
+// Noise of a motion, split by how it goes on: two motions in a row share `coherent`, the constant
+// twist error (body), and nothing else.
+struct DrNoise {
+  Matrix6d white = Matrix6d::Zero();     // m^2, rad^2; right perturbation of T_BaBb
+  Matrix6d lever = Matrix6d::Zero();     // s; carries the twist error to the end of the motion
+  Matrix6d coherent = Matrix6d::Zero();  // (m/s)^2, (rad/s)^2; its covariance
+  Matrix6d Covariance() const { return white + lever * coherent * lever.transpose(); }
+};
+
 class DrHistory {
  public:
   // window: states older than this behind the newest are forgotten.
@@ -27,8 +36,9 @@ class DrHistory {
   std::optional<SE3> PoseAt(Utime utime, DurationUs max_extrapolation) const;
 
   // Motion from a to b (a <= b), with covariance. Empty when either end is not covered (see PoseAt)
-  // or a reset lies between them.
-  std::optional<DrIncrement> Increment(Utime a, Utime b, DurationUs max_extrapolation) const;
+  // or a reset lies between them. noise, unless null: what the covariance is made of.
+  std::optional<DrIncrement> Increment(Utime a, Utime b, DurationUs max_extrapolation,
+                                       DrNoise* noise = nullptr) const;
 
  private:
   DurationUs window_;

@@ -17,21 +17,23 @@ double InformationScale(double q, const DrWeightConfig& config) {
   return config.alpha_min * std::pow(config.alpha_max / config.alpha_min, 1.0 - q);
 }
 
-double VariantScale(Variant variant, double q, const DrWeightConfig& config) {
+DrScale VariantScale(Variant variant, double q, double q_close, const DrWeightConfig& config) {
   switch (variant) {
     case Variant::kNone:
     case Variant::kDa:
-      return 0.0;
+      return {0.0, 0.0};
     case Variant::kFixed:
-      return config.fixed_alpha;
-    case Variant::kSwitch:
-      return q < config.switch_q ? kDrAlone : 0.0;
+      return {config.fixed_alpha, config.fixed_alpha};
+    case Variant::kSwitch: {
+      const double scale = q < config.switch_q ? kDrAlone : 0.0;
+      return {scale, scale};
+    }
     case Variant::kPe:
     case Variant::kLba:
     case Variant::kFull:
       break;
   }
-  return InformationScale(q, config);
+  return {InformationScale(q_close, config), InformationScale(q, config)};
 }
 
 Matrix6d DrCovariance(DurationUs interval, const Matrix6d& filter_cov,

@@ -29,7 +29,15 @@ double InformationScale(double q, const DrWeightConfig& config);
 
 // The scale that a variant uses: none and da -> 0, fixed -> its constant, switch -> 0 or a scale
 // that leaves vision no say (`kDrAlone`), all others InformationScale.
-double VariantScale(Variant variant, double q, const DrWeightConfig& config);
+//
+// Far features tell how the camera turned, only close ones (with depth) how far it went. The
+// translation of the prior is therefore scaled by the quality that the close features alone give
+// (docs/adr/0007-what-counts-as-tracked.md); it is never above the quality of all.
+struct DrScale {
+  double translation = 0;
+  double rotation = 0;
+};
+DrScale VariantScale(Variant variant, double q, double q_close, const DrWeightConfig& config);
 inline constexpr double kDrAlone = 1e12;
 
 // Sigma_d of an interval: nominal noise grows with the frame periods (1/30 s) spanned; the filter's

@@ -37,12 +37,23 @@ TEST(DrWeight, QualityStaysInRangeAndAlphaFallsWithIt) {
 }
 
 TEST(DrWeight, VariantsUseTheirOwnScale) {
-  EXPECT_EQ(VariantScale(Variant::kNone, 0.1, kPaper), 0.0);
-  EXPECT_EQ(VariantScale(Variant::kDa, 0.1, kPaper), 0.0);
-  EXPECT_EQ(VariantScale(Variant::kPe, 0.1, kPaper), InformationScale(0.1, kPaper));
-  EXPECT_EQ(VariantScale(Variant::kFixed, 0.1, kPaper), kPaper.fixed_alpha);
-  EXPECT_EQ(VariantScale(Variant::kSwitch, 0.1, kPaper), kDrAlone);
-  EXPECT_EQ(VariantScale(Variant::kSwitch, 0.9, kPaper), 0.0);
+  const auto expect = [](Variant variant, double q, double scale) {
+    const DrScale got = VariantScale(variant, q, q, kPaper);
+    EXPECT_EQ(got.translation, scale);
+    EXPECT_EQ(got.rotation, scale);
+  };
+  expect(Variant::kNone, 0.1, 0.0);
+  expect(Variant::kDa, 0.1, 0.0);
+  expect(Variant::kPe, 0.1, InformationScale(0.1, kPaper));
+  expect(Variant::kFixed, 0.1, kPaper.fixed_alpha);
+  expect(Variant::kSwitch, 0.1, kDrAlone);
+  expect(Variant::kSwitch, 0.9, 0.0);
+}
+
+TEST(DrWeight, FarFeaturesAloneLeaveTheTranslationToDeadReckoning) {
+  const DrScale far = VariantScale(Variant::kFull, 1.0, 0.0, kPaper);
+  EXPECT_EQ(far.rotation, kPaper.alpha_min);
+  EXPECT_EQ(far.translation, kPaper.alpha_max);
 }
 
 TEST(DrWeight, CovarianceIsNominalPerFrameUnlessTheFilterSaysMore) {

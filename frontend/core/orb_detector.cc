@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 
 #if defined(__SSE4_1__)
@@ -207,6 +208,29 @@ CornerOffset RefineCorner(const ImageBuffer& image, int x, int y) {
   if (sum == 0) return {};
   return {static_cast<float>(sum_x) / static_cast<float>(sum),
           static_cast<float>(sum_y) / static_cast<float>(sum)};
+}
+
+double CornerRatio(const ImageBuffer& image, int x, int y) {
+  constexpr int kRadius = 3;
+  int xx = 0;
+  int xy = 0;
+  int yy = 0;
+  for (int dy = -kRadius; dy <= kRadius; ++dy) {
+    const uint8_t* above = image.row(y + dy - 1) + x;
+    const uint8_t* at = image.row(y + dy) + x;
+    const uint8_t* below = image.row(y + dy + 1) + x;
+    for (int dx = -kRadius; dx <= kRadius; ++dx) {
+      const int gx = at[dx + 1] - at[dx - 1];
+      const int gy = below[dx] - above[dx];
+      xx += gx * gx;
+      xy += gx * gy;
+      yy += gy * gy;
+    }
+  }
+  const double half_sum = 0.5 * (xx + yy);
+  if (half_sum == 0) return 0;
+  const double root = std::hypot(0.5 * (xx - yy), xy);
+  return std::max(0.0, half_sum - root) / (half_sum + root);
 }
 
 OrbDetector::OrbDetector(int threshold, int threshold_low, int border)

@@ -30,6 +30,12 @@ struct CornerOffset {
 // Precondition: (x, y) is at least 5 px from every border.
 CornerOffset RefineCorner(const ImageBuffer& image, int x, int y);
 
+// Ratio of the smaller to the larger eigenvalue of the structure tensor in the 7 x 7 pixels around
+// (x, y): 0 on a straight edge, 1 where gradients go all ways alike. What lies on an edge slides
+// along it and says nothing about motion in that direction. 0 where there is no gradient at all.
+// Precondition: 4 pixels of image on all sides.
+double CornerRatio(const ImageBuffer& image, int x, int y);
+
 class OrbDetector {
  public:
   // Corners keep `border` px away from the image's edge. Preconditions: 4 <= border, 0 < low <=

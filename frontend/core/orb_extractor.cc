@@ -6,6 +6,10 @@
 namespace gw::frontend {
 namespace {
 
+// Corners below this ratio are edges. In a bare corridor the seams of wall and floor give two
+// hundred of them per image, which slide along (docs/adr/0007-what-counts-as-tracked.md).
+constexpr double kMinCornerRatio = 0.1;
+
 // Splits `total` over levels in proportion to `weights`; what a level cannot fill goes to the
 // others. `available`: corners per level.
 std::vector<int> ShareOut(int total, const std::vector<double>& weights,
@@ -92,6 +96,7 @@ void OrbExtractor::Extract(const ImageView& image, const ImageBuffer* valid,
     const ImageBuffer& pixels = pyramid_.level(level);
     spread_.Select(pixels.width, pixels.height, share[l], &corners_[l], &selected_);
     for (const Corner& c : selected_) {
+      if (CornerRatio(pixels, c.x, c.y) < kMinCornerRatio) continue;
       OrbKeypoint k;
       k.level = static_cast<uint8_t>(l);
       k.score = c.score;

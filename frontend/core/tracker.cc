@@ -1,58 +1,36 @@
 #include "frontend/core/tracker.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <utility>
 
-#include "common/contract/dr_history.h"
-#include "common/vision/pose_optimizer.h"
-#include "frontend/core/dr_weight.h"
-#include "frontend/core/feature_grid.h"
 #include "frontend/core/keyframe_policy.h"
 #include "frontend/core/local_map.h"
-#include "frontend/core/projection_matcher.h"
-#include "frontend/core/relocalizer.h"
+#include "frontend/core/motion_model.h"
+#include "frontend/core/pose_finder.h"
+#include "frontend/core/pose_uncertainty.h"
 #include "frontend/core/rolling_shutter.h"
 
 namespace gw::frontend {
 namespace {
 
 constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
-constexpr int kFewMatches = 20;           // first stage: with fewer inliers the window is doubled
-constexpr double kTrustedShare = 0.4;  // ... also when a smaller share of the matches are inliers
-constexpr int kAttempts = 3;
-constexpr int kLocalKeyframes = 40;
-constexpr int kRecoveryKeyframes = 8;
-constexpr int kRelocalizedInliers = 30;     // a pose found without a prediction needs more support
-constexpr float kSecondStageRadius = 6.0F;  // px at level 0: the pose is known by then
-constexpr float kMaxRadius = 80.0F;         // px
-constexpr DurationUs kMaxDrExtrapolation = Milliseconds(60);
-constexpr DurationUs kMaxCoasting = Milliseconds(500);  // constant velocity is believed this long
-// Spread of the real motion around constant velocity per 1/30 s (hand-held recording, 95 % of
-// images).
-constexpr double kCoastingSigmaRotation = 0.008;     // rad
-constexpr double kCoastingSigmaTranslation = 0.010;  // m
+// After a blind span: so many inliers at a place that DR thinks possible are believed at once,
+// fewer or elsewhere only when the next image says the same.
+constexpr int kConvincingInliers = 60;
+constexpr double kChi2Six = 16.81;  // 99 % quantile of chi-square with 6 degrees of freedom
+// A correction larger than this is announced (status RECOVERING).
+constexpr double kSnapTranslation = 0.02;  // m
+constexpr double kSnapRotation = 0.0175;   // rad
+// DR counts noticeably from this share of the pose's information.
+constexpr double kNoticeableShare = 0.2;
 
-// Moves the covariance of a pose along an increment: the error of T_a seen at T_a * T_ab.
-Matrix6d Transport(const Matrix6d& cov, const SE3& T_ab) {
-  const Matrix6d adj = T_ab.inverse().Adjoint();
-  return adj * cov * adj.transpose();
+double MahalanobisSquared(const SE3& T_expected, const SE3& T_found, const Matrix6d& cov) {
+  const Vector6d d = (T_expected.inverse() * T_found).Log();
+  return d.dot(Eigen::LDLT<Matrix6d>(cov).solve(d));
 }
-
-struct TrackedPoint {
-  LandmarkId id;
-  Descriptor descriptor;  // as seen in the last image
-  int level = 0;
-};
-
-struct Prediction {
-  SE3 T_WC;
-  Matrix6d motion_cov = Matrix6d::Identity();  // of the motion since the last image, camera tangent
-  bool from_dr = false;
-  bool slip = false;
-};
 
 }  // namespace
 
@@ -61,72 +39,54 @@ class Tracker::Impl {
   Impl(const FrontendConfig& config, const CameraGeometry& geometry, FeatureExtractor extractor)
       : config_(config),
         camera_(geometry.rectified),
-        scale_{config.orb.scale_factor, config.orb.num_levels},
         extractor_(std::move(extractor)),
-        matcher_(camera_, scale_),
-        map_(camera_, scale_) {}
+        finder_(config, camera_, {config.orb.scale_factor, config.orb.num_levels}),
+        map_(camera_, {config.orb.scale_factor, config.orb.num_levels}),
+        motion_(camera_, config) {}
 
   TrackerOutput Push(const CameraFrame& frame);
   TrackerOutput Track(Utime utime, int64_t seq, const FeatureFrame& features,
                       TrackingReason image_problem);
-  bool Push(const DrState& state);
+  bool Push(const DrState& state) { return motion_.Push(state); }
   bool Push(const MapUpdate& update);
   void Push(const Pose& pose);
   MapRequest Request() const;
   bool has_map() const { return map_known_; }
 
  private:
-  struct Association {
-    std::vector<Candidate> candidates;
-    std::vector<int> match;  // per feature: index into candidates, or -1
-    PoseEstimate estimate;
-    std::vector<int> feature_of;  // per observation of the estimate
-    int num_first_stage = 0;
+  // A pose that vision found after a blind span and that waits for the next image to agree.
+  struct Sighting {
+    SE3 T_WC;
+    Matrix6d cov;
   };
 
-  bool VariantUsesDr() const { return DrPredicts(config_.variant); }
-  Prediction Predict(Utime utime) const;
-  std::optional<DrIncrement> DrBetween(Utime a, Utime b) const {
-    return dr_.Increment(a, b, kMaxDrExtrapolation);
-  }
-  Matrix6d ToCamera(const Matrix6d& cov_B) const;
-  float SearchRadius(const Matrix6d& cov) const;
-  void Estimate(const FeatureFrame& frame, const SE3& T_WC_start,
-                const std::optional<PosePrior>& prior, Association* a) const;
-  bool FollowMap(const FeatureFrame& frame, const Prediction& prediction, FramePose* report,
-                 Association* a);
-  bool FindAgain(const FeatureFrame& frame, Utime utime, FramePose* report, Association* a);
-  void SearchLocalMap(const FeatureFrame& frame, const std::optional<PosePrior>& prior,
-                      Association* a);
-  std::optional<PosePrior> PriorFor(const Prediction& prediction, double alpha) const;
-  void Accept(const Association& a, const FeatureFrame& frame, const Prediction& prediction,
-              FramePose* report);
-  bool WantsKeyframe(Utime utime, const FeatureFrame& frame, const Association& a,
+  bool VisionBroken() const { return !placed_ || utime_ != last_vision_; }
+  FoundPose Find(const SE3& T_WC_predicted, const Motion& motion, Utime utime);
+  bool Believable(const FoundPose& found, const SE3& T_WC_predicted, const Motion& motion);
+  void Accept(const FoundPose& found, const FeatureFrame& frame, const Motion& motion,
+              const SE3& T_WC_predicted, FramePose* report);
+  bool WantsKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                      bool vision) const;
-  Keyframe MakeKeyframe(Utime utime, const FeatureFrame& frame, const Association& a,
+  Keyframe MakeKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                         const FramePose& report);
-  void Begin(const Prediction& prediction);
   void FillPose(FramePose* report) const;
 
   FrontendConfig config_;
   RectifiedCamera camera_;
-  PyramidScale scale_;
   FeatureExtractor extractor_;
-  ProjectionMatcher matcher_;
+  PoseFinder finder_;
   LocalMap map_;
-  DrHistory dr_;
+  MotionModel motion_;
   FeatureFrame frame_;
-  FeatureGrid grid_;
 
   bool map_known_ = false;  // a snapshot has come
   bool has_image_ = false;
   bool placed_ = false;  // the pose refers to the map, not only to the start of this process
   Utime utime_;          // of the last image
   SE3 T_WC_;
-  Matrix6d cov_ = Matrix6d::Zero();        // of T_WC_, camera tangent
-  Matrix6d blind_cov_ = Matrix6d::Zero();  // motion since vision last carried the pose
-  Vector6d velocity_ = Vector6d::Zero();   // camera twist, 1/s
-  Utime last_vision_;
+  PoseUncertainty uncertainty_;  // of T_WC_
+  Utime last_vision_;            // the last image whose pose came from vision
+  std::optional<Sighting> sighting_;
   std::vector<TrackedPoint> tracked_;
   std::optional<Pose> hint_;
 
@@ -139,231 +99,90 @@ class Tracker::Impl {
   int images_since_keyframe_ = 0;
 };
 
-Matrix6d Tracker::Impl::ToCamera(const Matrix6d& cov_B) const {
-  const Matrix6d adj = camera_.T_BC.inverse().Adjoint();
-  return adj * cov_B * adj.transpose();
+FoundPose Tracker::Impl::Find(const SE3& T_WC_predicted, const Motion& motion, Utime utime) {
+  PosePrediction prediction;
+  prediction.T_WC = T_WC_predicted;
+  prediction.search_cov = motion.weight_cov;
+  prediction.has_prior = motion.from_dr;
+  prediction.weight_cov = motion.weight_cov;
+  prediction.vision_broken = VisionBroken();
+  if (prediction.vision_broken) {
+    // The mean of the prior is the drifted pose: it counts with that drift, and no more.
+    prediction.search_cov += uncertainty_.cov();
+    prediction.weight_cov = prediction.search_cov;
+    if (AdaptsAlpha(config_.variant)) prediction.max_alpha = 1;
+  }
+  FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
+  if (!found.found && (!motion.from_dr || !placed_)) {
+    FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(utime.us), &map_);
+    if (again.found) return again;
+  }
+  return found;
 }
 
-Prediction Tracker::Impl::Predict(Utime utime) const {
-  Prediction out;
-  if (!has_image_) {
-    // W: origin and heading at the first body pose, gravity-aligned where DR knows gravity.
-    SE3 T_WB;
-    if (VariantUsesDr() && !dr_.empty() && dr_.newest().gravity_aligned) {
-      if (const auto T_OB = dr_.PoseAt(utime, kMaxDrExtrapolation)) {
-        const Eigen::Matrix3d R = T_OB->rotation().toRotationMatrix();
-        const double yaw = std::atan2(R(1, 0), R(0, 0));
-        T_WB = SE3(ExpSO3({0, 0, -yaw}) * T_OB->rotation(), Eigen::Vector3d::Zero());
-      }
-    }
-    out.T_WC = T_WB * camera_.T_BC;
-    out.motion_cov.setZero();
-    return out;
-  }
-  const DurationUs dt = utime - utime_;
-  if (VariantUsesDr()) {
-    // The one place where DR, a body quantity, becomes a camera quantity.
-    if (const auto increment = DrBetween(utime_, utime)) {
-      out.T_WC = T_WC_ * (camera_.T_BC.inverse() * increment->T_BaBb * camera_.T_BC);
-      out.motion_cov = DrCovariance(dt, ToCamera(increment->cov), config_.dr_weight);
-      out.from_dr = true;
-      out.slip = increment->slip;
-      return out;
-    }
-  }
-  const bool coasting = utime - last_vision_ <= kMaxCoasting;
-  out.T_WC = coasting ? T_WC_ * SE3::Exp(velocity_ * dt.seconds()) : T_WC_;
-  const double frames = dt.seconds() * 30.0;
-  Vector6d sigma;
-  sigma << Eigen::Vector3d::Constant(kCoastingSigmaTranslation),
-      Eigen::Vector3d::Constant(kCoastingSigmaRotation);
-  sigma *= frames;
-  out.motion_cov = sigma.cwiseAbs2().asDiagonal();
-  return out;
-}
-
-float Tracker::Impl::SearchRadius(const Matrix6d& cov) const {
-  constexpr double kTypicalDepth = 2.0;  // m
-  const double sigma_r = std::sqrt(cov.diagonal().tail<3>().maxCoeff());
-  const double sigma_t = std::sqrt(cov.diagonal().head<3>().maxCoeff());
-  const double px = camera_.fx * std::hypot(sigma_r, sigma_t / kTypicalDepth);
-  return std::min(static_cast<float>(3.0 + 2.5 * px), kMaxRadius);
-}
-
-// Pose from the current associations; outliers lose their match.
-void Tracker::Impl::Estimate(const FeatureFrame& frame, const SE3& T_WC_start,
-                             const std::optional<PosePrior>& prior, Association* a) const {
-  std::vector<PoseObservation> observations;
-  a->feature_of.clear();
-  for (size_t i = 0; i < a->match.size(); ++i) {
-    if (a->match[i] < 0) continue;
-    const Feature& f = frame.features[i];
-    const double s = matcher_.LevelScale(f.level);
-    observations.push_back(
-        {a->candidates[a->match[i]].point->p_W, f.u, f.v, f.u_right, f.has_depth(), 1.0 / (s * s)});
-    a->feature_of.push_back(static_cast<int>(i));
-  }
-  a->estimate = OptimizePose(camera_, T_WC_start, observations, prior);
-  for (size_t k = 0; k < a->feature_of.size(); ++k) {
-    if (!a->estimate.inlier[k]) a->match[a->feature_of[k]] = -1;
-  }
-}
-
-std::optional<PosePrior> Tracker::Impl::PriorFor(const Prediction& prediction, double alpha) const {
-  if (!prediction.from_dr || alpha <= 0) return std::nullopt;
-  return PosePrior{prediction.T_WC, alpha * prediction.motion_cov.inverse()};
-}
-
-// Second stage: the rest of the local map, in small windows around the pose of the first.
-void Tracker::Impl::SearchLocalMap(const FeatureFrame& frame, const std::optional<PosePrior>& prior,
-                                   Association* a) {
-  std::vector<LandmarkId> ids;
-  for (const int m : a->match) {
-    if (m >= 0) ids.push_back(a->candidates[m].point->id);
-  }
-  std::sort(ids.begin(), ids.end());
-  std::vector<const MapPoint*> points;
-  map_.CollectAround(ids, reference_, kLocalKeyframes, &points, &reference_);
-  std::vector<Candidate> more;
-  for (const MapPoint* point : points) {
-    if (std::binary_search(ids.begin(), ids.end(), point->id)) continue;
-    more.push_back({point, &point->descriptor, -1, kSecondStageRadius});
-  }
-  const int first = static_cast<int>(a->candidates.size());
-  a->candidates.insert(a->candidates.end(), more.begin(), more.end());
-  matcher_.Match(a->estimate.T_WC, more, first, frame, grid_,
-                 {.max_distance = 80, .max_ratio = 0.85}, &a->match);
-  Estimate(frame, a->estimate.T_WC, prior, a);
-}
-
-// Tracks from a prediction. False: vision does not carry the pose (report->reason says why).
-bool Tracker::Impl::FollowMap(const FeatureFrame& frame, const Prediction& prediction,
-                              FramePose* report, Association* a) {
-  const Matrix6d search_cov = blind_cov_ + prediction.motion_cov;
-  const bool recovering = tracked_.size() < static_cast<size_t>(kFewMatches);
-  float radius = SearchRadius(search_cov);
-  std::vector<const MapPoint*> near;
-  const auto collect = [&](float r) {
-    a->candidates.clear();
-    for (const TrackedPoint& t : tracked_) {
-      const MapPoint* point = map_.Find(t.id);
-      if (point != nullptr) a->candidates.push_back({point, &t.descriptor, t.level, r});
-    }
-    for (const MapPoint* point : near) a->candidates.push_back({point, &point->descriptor, -1, r});
-  };
-  if (recovering) {
-    KeyframeId nearest;
-    map_.CollectNear(prediction.T_WC, kRecoveryKeyframes, &near, &nearest);
-    if (nearest.valid()) reference_ = nearest;
-    radius = std::max(radius, 10.0F);
-    tracked_.clear();
-  }
-  // After a blind span the prior's mean is the drifted pose: it counts with that drift.
-  Prediction start = prediction;
-  if (recovering) start.motion_cov = search_cov;
-  // A window that does not reach the true place still finds look-alikes: the share of inliers
-  // tells.
-  const auto trust = [&](const Association& found) {
-    return found.estimate.num_inliers >= kFewMatches &&
-           found.estimate.num_inliers >= kTrustedShare * found.num_first_stage;
-  };
-  Association best;
-  for (int attempt = 0; attempt < kAttempts; ++attempt, radius = std::min(2 * radius, kMaxRadius)) {
-    collect(radius);
-    a->match.assign(frame.features.size(), -1);
-    a->estimate = PoseEstimate();
-    a->num_first_stage =
-        matcher_.Match(prediction.T_WC, a->candidates, 0, frame, grid_, {}, &a->match).num_matched;
-    if (a->num_first_stage >= config_.min_inliers) {
-      const double q = Quality({report->num_detected, a->num_first_stage}, config_.dr_weight);
-      Estimate(frame, prediction.T_WC,
-               PriorFor(start, VariantScale(config_.variant, q, config_.dr_weight)), a);
-    }
-    if (attempt == 0 || a->estimate.num_inliers > best.estimate.num_inliers) best = *a;
-    if (trust(best) || radius >= kMaxRadius) break;
-  }
-  *a = std::move(best);
-  report->num_tracked = a->num_first_stage;
-  report->q = Quality({report->num_detected, report->num_tracked}, config_.dr_weight);
-  report->alpha =
-      prediction.from_dr ? VariantScale(config_.variant, report->q, config_.dr_weight) : 0;
-  if (a->num_first_stage < config_.min_inliers) {
-    report->reason = report->num_detected < config_.min_inliers ? TrackingReason::kTooFewFeatures
-                                                                : TrackingReason::kTooFewMatches;
-    return false;
-  }
-  if (a->estimate.num_inliers >= config_.min_inliers / 2) {
-    SearchLocalMap(frame, PriorFor(start, report->alpha), a);
-  }
-  if (a->estimate.num_inliers < config_.min_inliers * (recovering ? 2 : 1)) {
-    report->reason = TrackingReason::kTooFewInliers;
-    return false;
-  }
-  return true;
-}
-
-// Looks for the pose without a prediction. False: not found.
-bool Tracker::Impl::FindAgain(const FeatureFrame& frame, Utime utime, FramePose* report,
-                              Association* a) {
-  std::vector<const MapPoint*> points;
-  KeyframeId nearest;
-  map_.CollectNear(T_WC_, kLocalKeyframes, &points, &nearest);
-  const auto T_WC = Relocalize(camera_, scale_.factor, frame, points, config_.min_inliers,
-                               static_cast<uint64_t>(utime.us));
-  if (!T_WC) return false;
-  reference_ = nearest;
-  a->candidates.clear();
-  for (const MapPoint* point : points)
-    a->candidates.push_back({point, &point->descriptor, -1, 8.0F});
-  a->match.assign(frame.features.size(), -1);
-  a->num_first_stage =
-      matcher_.Match(*T_WC, a->candidates, 0, frame, grid_, {}, &a->match).num_matched;
-  Estimate(frame, *T_WC, std::nullopt, a);
-  SearchLocalMap(frame, std::nullopt, a);
-  if (a->estimate.num_inliers < kRelocalizedInliers) return false;
-  report->num_tracked = a->num_first_stage;
-  report->q = Quality({report->num_detected, report->num_tracked}, config_.dr_weight);
-  report->alpha = 0;
-  return true;
+// After a blind span few matches can agree by chance. Call after uncertainty_ was predicted.
+bool Tracker::Impl::Believable(const FoundPose& found, const SE3& T_WC_predicted,
+                               const Motion& motion) {
+  const Matrix6d& information = found.estimate.vision_information;
+  const Matrix6d cov = VisionCovariance(information);
+  const bool many = found.estimate.num_inliers >= kConvincingInliers;
+  const bool expected =
+      MahalanobisSquared(T_WC_predicted, found.estimate.T_WC,
+                         uncertainty_.cov() + motion.weight_cov + cov) <= kChi2Six;
+  if (many && expected) return true;
+  const bool twice =
+      sighting_ && MahalanobisSquared(sighting_->T_WC * motion.T_ab, found.estimate.T_WC,
+                                      sighting_->cov + motion.weight_cov + cov) <= kChi2Six;
+  sighting_ = Sighting{found.estimate.T_WC, cov};
+  return twice;
 }
 
 // Takes over the pose of an image that vision carries.
-void Tracker::Impl::Accept(const Association& a, const FeatureFrame& frame,
-                           const Prediction& prediction, FramePose* report) {
-  const PoseEstimate& e = a.estimate;
-  Matrix6d information = e.vision_information + e.prior_information;
-  cov_ = information.inverse();
+void Tracker::Impl::Accept(const FoundPose& found, const FeatureFrame& frame, const Motion& motion,
+                           const SE3& T_WC_predicted, FramePose* report) {
+  const PoseEstimate& e = found.estimate;
   if (e.prior_information.squaredNorm() > 0) {
     // Shares are compared in units of the DR noise, so that metres and radians can be added.
-    const Matrix6d& unit = prediction.motion_cov;
+    const Matrix6d& unit = motion.weight_cov;
     const double prior = (unit * e.prior_information).trace();
     report->dr_share = prior / (prior + (unit * e.vision_information).trace());
   }
   report->num_inliers = e.num_inliers;
-  T_WC_ = e.T_WC;
-  tracked_.clear();
-  for (size_t i = 0; i < a.match.size(); ++i) {
-    if (a.match[i] < 0) continue;
-    tracked_.push_back(
-        {a.candidates[a.match[i]].point->id, frame.descriptors[i], frame.features[i].level});
+  report->reason = TrackingReason::kNone;
+  report->status =
+      report->dr_share > kNoticeableShare ? TrackingStatus::kDegraded : TrackingStatus::kTracking;
+  if (VisionBroken() && placed_) {
+    const SE3 snap = T_WC_predicted.inverse() * e.T_WC;
+    if (snap.translation().norm() > kSnapTranslation ||
+        LogSO3(snap.rotation()).norm() > kSnapRotation) {
+      report->status = TrackingStatus::kRecovering;
+    }
   }
-  blind_cov_.setZero();
+  uncertainty_.Update(e.vision_information, e.prior_information);
+  T_WC_ = e.T_WC;
+  reference_ = found.reference;
+  tracked_.clear();
+  for (size_t i = 0; i < found.landmarks.size(); ++i) {
+    if (!found.landmarks[i].valid()) continue;
+    tracked_.push_back({found.landmarks[i], frame.descriptors[i], frame.features[i].level});
+  }
+  sighting_.reset();
   placed_ = true;
 }
 
-bool Tracker::Impl::WantsKeyframe(Utime utime, const FeatureFrame& frame, const Association& a,
+bool Tracker::Impl::WantsKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                                   bool vision) const {
   if (images_since_keyframe_ < 2) return false;
   KeyframeEvidence e;
   e.since_last = utime - keyframe_utime_;
   e.vision = vision;
-  e.num_inliers = vision ? a.estimate.num_inliers : 0;
+  e.num_inliers = vision ? found.estimate.num_inliers : 0;
   e.reference_inliers = reference_inliers_;
   std::vector<float> depths;
   for (size_t i = 0; i < frame.features.size(); ++i) {
     if (!frame.features[i].has_depth()) continue;
     depths.push_back(frame.features[i].depth);
-    const bool tracked = vision && a.match[i] >= 0;
+    const bool tracked = vision && found.landmarks[i].valid();
     ++(tracked ? e.num_close_tracked : e.num_close_untracked);
   }
   if (!depths.empty()) {
@@ -375,24 +194,24 @@ bool Tracker::Impl::WantsKeyframe(Utime utime, const FeatureFrame& frame, const 
   return NeedsKeyframe(e, config_);
 }
 
-Keyframe Tracker::Impl::MakeKeyframe(Utime utime, const FeatureFrame& frame, const Association& a,
+Keyframe Tracker::Impl::MakeKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                                      const FramePose& report) {
   Keyframe k;
   k.id = next_keyframe_;
   k.utime = utime;
   k.T_WC = T_WC_;
-  k.cov_T_WC = cov_;
+  k.cov_T_WC = uncertainty_.cov();
   k.map_revision = map_.revision();
   k.previous = last_keyframe_;
-  if (k.previous.valid()) k.dr = DrBetween(keyframe_utime_, utime);
+  if (k.previous.valid()) k.dr = motion_.Increment(keyframe_utime_, utime);
   k.q = report.q;
   k.num_tracked = report.num_tracked;
   k.features = frame.features;
   k.descriptors = frame.descriptors;
   k.landmarks.resize(frame.features.size());
   for (size_t i = 0; i < frame.features.size(); ++i) {
-    if (i < a.match.size() && a.match[i] >= 0) {
-      k.landmarks[i] = a.candidates[a.match[i]].point->id;
+    if (i < found.landmarks.size() && found.landmarks[i].valid()) {
+      k.landmarks[i] = found.landmarks[i];
     } else if (frame.features[i].has_depth()) {
       k.landmarks[i] = LandmarkId::From(k.id, static_cast<int>(i));
       tracked_.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
@@ -408,23 +227,17 @@ Keyframe Tracker::Impl::MakeKeyframe(Utime utime, const FeatureFrame& frame, con
   return k;
 }
 
-// First image of this process: where does it stand?
-void Tracker::Impl::Begin(const Prediction& prediction) {
-  T_WC_ = prediction.T_WC;
-  cov_ = Matrix6d::Identity() * 1e-12;
-}
-
 void Tracker::Impl::FillPose(FramePose* report) const {
   report->T_WB = T_WC_ * camera_.T_BC.inverse();
   const Matrix6d adj = camera_.T_BC.Adjoint();
-  report->cov_T_WB = adj * cov_ * adj.transpose();
+  report->cov_T_WB = adj * uncertainty_.cov() * adj.transpose();
   report->map_revision = map_.revision();
   report->reference_keyframe = reference_;
   const auto T_WK = map_.KeyframePose(reference_);
   report->T_KC = T_WK ? T_WK->inverse() * T_WC_ : T_WC_;
-  if (!dr_.empty()) {
-    report->dr_seq = dr_.newest().seq;
-    report->dr_reset_counter = dr_.newest().reset_counter;
+  if (const DrState* dr = motion_.newest_dr()) {
+    report->dr_seq = dr->seq;
+    report->dr_reset_counter = dr->reset_counter;
   }
 }
 
@@ -446,67 +259,72 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   report.num_detected = seen.num_detected;
   if (has_image_ && utime <= utime_) {
     report.reason = TrackingReason::kTimeReversed;
-    report.status = TrackingStatus::kLost;
-    if (placed_) report.status = TrackingStatus::kDegraded;
+    report.status = placed_ ? TrackingStatus::kDegraded : TrackingStatus::kLost;
     FillPose(&report);
     return out;
   }
 
-  Prediction prediction = Predict(utime);
-  if (!has_image_) Begin(prediction);
-  if (!placed_ && hint_ && !map_.empty()) {
-    prediction.T_WC = hint_->T_WB * camera_.T_BC;
-    blind_cov_ = ToCamera(hint_->cov_T_WB);
-    T_WC_ = prediction.T_WC;
-  }
-  FeatureFrame frame = seen;
-  if (camera_.readout_s > 0 && has_image_) {
-    const Vector6d motion = (T_WC_.inverse() * prediction.T_WC).Log();
-    UndoRollingShutter(camera_, camera_.readout_s, motion.tail<3>() / (utime - utime_).seconds(),
-                       &frame.features);
-  }
-  grid_.Build(frame.features, camera_.width, camera_.height);
-
-  Association a;
-  bool vision = false;
-  report.reason = image_problem;
-  if (image_problem != TrackingReason::kNone) {
-    // Nothing to match; the prediction stands.
-  } else if (!map_known_ || map_.empty()) {
-    report.reason = TrackingReason::kNoMap;
+  Motion motion;
+  if (has_image_) {
+    motion = motion_.Between(utime_, utime);
+    uncertainty_.Predict(motion.T_ab, motion.noise);
   } else {
-    vision = FollowMap(frame, prediction, &report, &a);
-    if (!vision && (!prediction.from_dr || !placed_)) vision = FindAgain(frame, utime, &report, &a);
+    T_WC_ = motion_.FirstPose(utime);
+    uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
+  }
+  if (!placed_ && hint_ && !map_.empty()) {
+    // From where POSE of the DR process says that the body was, in place of the last image's pose.
+    T_WC_ = hint_->T_WB * camera_.T_BC;
+    motion.T_ab = SE3();
+    const Matrix6d to_camera = camera_.T_BC.inverse().Adjoint();
+    uncertainty_.Reset(to_camera * hint_->cov_T_WB * to_camera.transpose());
+  }
+  const SE3 T_WC_before = T_WC_;
+  const SE3 T_WC_predicted = T_WC_ * motion.T_ab;
+
+  FeatureFrame corrected;
+  const FeatureFrame* frame = &seen;
+  if (camera_.readout_s > 0 && has_image_) {
+    corrected = seen;
+    UndoRollingShutter(camera_, camera_.readout_s,
+                       motion.T_ab.Log().tail<3>() / (utime - utime_).seconds(),
+                       &corrected.features);
+    frame = &corrected;
   }
 
-  const SE3 T_WC_before = T_WC_;
-  const Matrix6d cov_before = cov_;
-  if (vision) {
-    report.reason = TrackingReason::kNone;
-    Accept(a, frame, prediction, &report);
-    report.status = report.dr_share > 0.2 ? TrackingStatus::kDegraded : TrackingStatus::kTracking;
-    const double dt = (utime - utime_).seconds();
-    if (has_image_ && utime_ == last_vision_) {
-      velocity_ = (T_WC_before.inverse() * T_WC_).Log() / dt;
+  FoundPose found;
+  report.reason = image_problem;
+  bool vision = false;
+  if (image_problem == TrackingReason::kNone) {
+    report.reason = TrackingReason::kNoMap;
+    if (map_known_ && !map_.empty()) {
+      finder_.SetImage(frame);
+      found = Find(T_WC_predicted, motion, utime);
+      report.num_tracked = found.num_tracked;
+      report.q = found.q;
+      report.alpha = motion.from_dr ? found.scale.rotation : 0;
+      report.reason = found.reason;
+      vision = found.found;
     }
+  }
+  const bool unconfirmed = vision && placed_ && motion.from_dr && VisionBroken() &&
+                           !Believable(found, T_WC_predicted, motion);
+  vision = vision && !unconfirmed;
+
+  if (vision) {
+    Accept(found, *frame, motion, T_WC_predicted, &report);
+    if (has_image_) motion_.Observe(T_WC_before.inverse() * T_WC_, utime_, utime);
     last_vision_ = utime;
   } else {
-    T_WC_ = prediction.T_WC;
-    cov_ = Transport(cov_before, T_WC_before.inverse() * T_WC_) + prediction.motion_cov;
-    if (has_image_) {
-      blind_cov_ = Transport(blind_cov_, T_WC_before.inverse() * T_WC_) + prediction.motion_cov;
-    }
-    a.match.assign(frame.features.size(), -1);
-    if (prediction.from_dr) {
-      report.status = TrackingStatus::kDrOnly;
-      report.dr_share = 1.0;
-    } else {
-      report.status = TrackingStatus::kLost;
-    }
+    if (!unconfirmed) sighting_.reset();
+    T_WC_ = T_WC_predicted;
+    report.dr_share = motion.from_dr ? 1.0 : 0.0;
+    report.status = unconfirmed      ? TrackingStatus::kRecovering
+                    : motion.from_dr ? TrackingStatus::kDrOnly
+                                     : TrackingStatus::kLost;
     if (!map_known_ || map_.empty()) report.status = TrackingStatus::kInitializing;
   }
-  T_CkeyC_ = T_CkeyC_ * (T_WC_before.inverse() * T_WC_);
-  if (!has_image_) T_CkeyC_ = SE3();
+  if (has_image_) T_CkeyC_ = T_CkeyC_ * (T_WC_before.inverse() * T_WC_);
   ++images_since_keyframe_;
   if (vision && images_since_keyframe_ <= 5) {
     reference_inliers_ = std::max(reference_inliers_, report.num_inliers);
@@ -517,7 +335,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
 
   bool keyframe = false;
   if (map_known_ && map_.empty()) {
-    const auto with_depth = std::count_if(frame.features.begin(), frame.features.end(),
+    const auto with_depth = std::count_if(frame->features.begin(), frame->features.end(),
                                           [](const Feature& f) { return f.has_depth(); });
     keyframe = with_depth >= kMinInitialLandmarks;
     if (keyframe) {
@@ -526,16 +344,12 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
       last_vision_ = utime;
       placed_ = true;
     }
-  } else if (vision || (placed_ && prediction.from_dr && DrInLocalBa(config_.variant))) {
-    keyframe = WantsKeyframe(utime, frame, a, vision);
+  } else if (vision || (placed_ && motion.from_dr && DrInLocalBa(config_.variant))) {
+    keyframe = WantsKeyframe(utime, *frame, found, vision);
   }
-  if (keyframe) out.keyframe = MakeKeyframe(utime, frame, a, report);
+  if (keyframe) out.keyframe = MakeKeyframe(utime, *frame, vision ? found : FoundPose{}, report);
   FillPose(&report);
   return out;
-}
-
-bool Tracker::Impl::Push(const DrState& state) {
-  return dr_.Push(state);
 }
 
 bool Tracker::Impl::Push(const MapUpdate& update) {

@@ -45,8 +45,8 @@ std::vector<int> Cumulative(const std::vector<FramePose>& frames, Sight sight) {
 
 }  // namespace
 
-Consistency MeasureConsistency(const SlamRun& run, const eval::Trajectory& truth,
-                               DurationUs length) {
+Consistency MeasureConsistency(const SlamRun& run, const eval::Trajectory& truth) {
+  constexpr DurationUs length = tools::SlamSession::kDrCovarianceSpan;
   Consistency out;
   const std::vector<FramePose>& frames = run.frames;
   if (frames.size() < 2) return out;
@@ -78,7 +78,8 @@ Consistency MeasureConsistency(const SlamRun& run, const eval::Trajectory& truth
     const Matrix6d carried = Ad * frames[a].cov_T_WB * Ad.transpose();
     const int num_blind = blind[b] - blind[a];
     const bool all_blind = num_blind == static_cast<int>(b - a);
-    const Matrix6d cov = frames[b].cov_T_WB + (all_blind ? -1.0 : 1.0) * carried;
+    const Matrix6d cov =
+        all_blind ? run.dr_cov[b].value_or(Matrix6d::Zero()) : frames[b].cov_T_WB + carried;
     const bool any_blind = num_blind > 0 || SightOf(frames[a].status) == Sight::kBlind;
     Count(error, cov, any_blind ? &out.blind : &out.healthy);
   }

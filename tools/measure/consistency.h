@@ -6,9 +6,8 @@
 //   freedom.
 // FRAME_POSE carries marginal covariances, so C must be put together from P_a and P_b, with
 // Ad = Ad(inv(T_a^-1 T_b)) moving the first to b:
-//   all images after a blind (dr_only): the error at b is that at a, carried along, plus the
-//   motion's:
-//                                       C = P_b - Ad P_a Ad^T
+//   all images after a blind (dr_only): the motion is dead reckoning's, and so is its error:
+//                                       C = what the DR channel says of the second before b
 //   otherwise: vision placed b in the map by itself, the errors are independent:
 //                                       C = P_b + Ad P_a Ad^T
 // An honest C puts 95 % of the windows inside the two-sided 95 % band of chi-square(6).
@@ -37,9 +36,8 @@ struct Consistency {
   NeesCount blind;    // the others
 };
 
-// One window per image that has a partner `length` later (to half an image period) and truth at
+// One window per image that has a partner one second later (to half an image period) and truth at
 // both ends. Windows with an image that has no pose (initializing, lost) do not count.
-Consistency MeasureConsistency(const SlamRun& run, const eval::Trajectory& truth,
-                               DurationUs length);
+Consistency MeasureConsistency(const SlamRun& run, const eval::Trajectory& truth);
 
 }  // namespace gw::measure

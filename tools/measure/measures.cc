@@ -62,7 +62,7 @@ Measures Measure(const SlamRun& run, const eval::Trajectory& truth, eval::Alignm
   out.ape_final_m = ApeRmse(eval::Evaluate(truth, run.Final(), options));
   out.ape_dr_m = ApeRmse(eval::Evaluate(truth, run.DeadReckoning(), options));
   out.jumps = MeasureJumps(run);
-  out.consistency = MeasureConsistency(run, truth, options.rpe_delta);
+  out.consistency = MeasureConsistency(run, truth);
   if (!ms.empty()) {
     std::sort(ms.begin(), ms.end());
     out.ms_p99 = ms[static_cast<size_t>(0.99 * static_cast<double>(ms.size() - 1))];

@@ -104,24 +104,33 @@ Result<std::vector<FramePose>> ReadFrames(const std::string& path) {
   return frames;
 }
 
-Result<Done> ReadCovariances(const std::string& path, std::vector<FramePose>* frames) {
+// 21 fields from `first`: an upper triangle. False: not numbers.
+bool ReadTriangle(const CsvReader& csv, size_t first, Matrix6d* cov) {
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) {
+      if (!csv.Number(first++, &(*cov)(i, j))) return false;
+      (*cov)(j, i) = (*cov)(i, j);
+    }
+  }
+  return true;
+}
+
+Result<Done> ReadCovariances(const std::string& path, SlamRun* run) {
+  std::vector<FramePose>* frames = &run->frames;
   auto csv = CsvReader::Open(path, "utime,c00,c01,");
   if (!csv) return csv.error();
   size_t next = 0;
   while (csv->Next()) {
     int64_t utime = 0;
-    if (next >= frames->size() || csv->size() != 22 || !csv->Number(0, &utime) ||
+    if (next >= frames->size() || csv->size() != 43 || !csv->Number(0, &utime) ||
         utime != (*frames)[next].utime.us) {
       return csv->Bad("does not belong to frames.csv");
     }
-    Matrix6d& cov = (*frames)[next++].cov_T_WB;
-    size_t field = 1;
-    for (int i = 0; i < 6; ++i) {
-      for (int j = i; j < 6; ++j) {
-        if (!csv->Number(field++, &cov(i, j))) return csv->Bad("is no line of covariance.csv");
-        cov(j, i) = cov(i, j);
-      }
+    if (!ReadTriangle(*csv, 1, &(*frames)[next++].cov_T_WB)) {
+      return csv->Bad("is no line of covariance.csv");
     }
+    Matrix6d dr_cov;
+    run->dr_cov.push_back(ReadTriangle(*csv, 22, &dr_cov) ? std::optional(dr_cov) : std::nullopt);
   }
   if (next != frames->size()) return csv->Bad("a line for each line of frames.csv is missing");
   return Done{};
@@ -195,6 +204,7 @@ SlamRun RunOf(const tools::SlamSession& session) {
   SlamRun run;
   run.frames = session.frames();
   run.T_OB = session.dr_poses();
+  run.dr_cov = session.dr_covariances();
   run.ms.resize(run.frames.size());
   for (size_t i = 0; i < run.frames.size(); ++i) {
     run.final_T_WB.push_back(session.FinalPose(run.frames[i]));
@@ -213,7 +223,7 @@ Result<StoredRun> ReadRun(const std::string& folder, const std::string& timing) 
   auto frames = ReadFrames(folder + "/frames.csv");
   if (!frames) return frames.error();
   out.run.frames = *std::move(frames);
-  const auto covariances = ReadCovariances(folder + "/covariance.csv", &out.run.frames);
+  const auto covariances = ReadCovariances(folder + "/covariance.csv", &out.run);
   if (!covariances) return covariances.error();
   const auto final = eval::ReadTum(folder + "/trajectory_final.tum");
   if (!final) return final.error();

@@ -18,15 +18,19 @@ constexpr char kFramesHead[] =
 
 std::string CovarianceHead() {
   std::string head = "utime";
-  for (int i = 0; i < 6; ++i) {
-    for (int j = i; j < 6; ++j) head += ",c" + std::to_string(10 * i + j + 100).substr(1);
+  for (const char* name : {",c", ",d"}) {
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) head += name + std::to_string(10 * i + j + 100).substr(1);
+    }
   }
   return head + "\n";
 }
 
+// With the covariance of dead reckoning in the second line only.
 std::string CovarianceLine(int64_t utime) {
   std::string line = std::to_string(utime);
   for (int k = 0; k < 21; ++k) line += "," + std::to_string(k) + "e-3";
+  for (int k = 0; k < 21; ++k) line += utime > 1000000 ? "," + std::to_string(k) + "e-4" : ",";
   return line + "\n";
 }
 
@@ -72,6 +76,9 @@ TEST_F(RunFolder, IsReadBack) {
   EXPECT_DOUBLE_EQ(run.frames[1].cov_T_WB(0, 5), 5e-3);
   EXPECT_DOUBLE_EQ(run.frames[1].cov_T_WB(5, 0), 5e-3);
   EXPECT_DOUBLE_EQ(run.frames[1].cov_T_WB(5, 5), 20e-3);
+  EXPECT_FALSE(run.dr_cov[0]);
+  ASSERT_TRUE(run.dr_cov[1]);
+  EXPECT_DOUBLE_EQ((*run.dr_cov[1])(5, 0), 5e-4);
   EXPECT_DOUBLE_EQ(run.final_T_WB[0].translation().x(), 9);
   EXPECT_FALSE(run.T_OB[0]);
   ASSERT_TRUE(run.T_OB[1]);

@@ -44,18 +44,28 @@ std::string FramesTable(const std::vector<FramePose>& frames) {
   return out;
 }
 
-// Upper triangle, row by row, of the covariance of each pose of trajectory.tum.
-std::string CovarianceTable(const std::vector<FramePose>& frames) {
-  std::string out = "utime";
-  for (int i = 0; i < 6; ++i) {
-    for (int j = i; j < 6; ++j) out += Format(",c%d%d", i, j);
-  }
-  out += '\n';
-  for (const FramePose& f : frames) {
-    out += Format("%" PRId64, f.utime.us);
+// Upper triangles, row by row: c of each pose of trajectory.tum, d of the motion by dead reckoning
+// over the second before it (empty where not known).
+std::string CovarianceTable(const SlamSession& session) {
+  const auto fields = [](const char* format, const auto& value) {
+    std::string out;
     for (int i = 0; i < 6; ++i) {
-      for (int j = i; j < 6; ++j) out += Format(",%.9g", f.cov_T_WB(i, j));
+      for (int j = i; j < 6; ++j) out += value(format, i, j);
     }
+    return out;
+  };
+  const auto name = [](const char* format, int i, int j) { return Format(format, i, j); };
+  std::string out = "utime" + fields(",c%d%d", name) + fields(",d%d%d", name) + '\n';
+  for (size_t k = 0; k < session.frames().size(); ++k) {
+    const FramePose& f = session.frames()[k];
+    const std::optional<Matrix6d>& dr = session.dr_covariances()[k];
+    out += Format("%" PRId64, f.utime.us);
+    out += fields(",%.9g", [&](const char* format, int i, int j) {
+      return Format(format, f.cov_T_WB(i, j));
+    });
+    out += fields(",%.9g", [&](const char* format, int i, int j) {
+      return dr ? Format(format, (*dr)(i, j)) : std::string(",");
+    });
     out += '\n';
   }
   return out;
@@ -161,7 +171,7 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
       {"keyframes.tum", keyframes},
       {"dr.tum", dr},
       {"frames.csv", FramesTable(session.frames())},
-      {"covariance.csv", CovarianceTable(session.frames())},
+      {"covariance.csv", CovarianceTable(session)},
       {"report.json", Report(config, run, session)}};
   for (const auto& [name, text] : files) {
     const Result<Done> written = WriteTextFile(folder + "/" + name, text);

@@ -17,9 +17,11 @@ namespace gw::frontend {
 namespace {
 
 constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
-// After a blind span: so many inliers at a place that DR thinks possible are believed at once,
-// fewer or elsewhere only when the next image says the same.
+// After a blind span, at a place that DR thinks possible: so many inliers are believed at once,
+// fewer when the next image says the same. Elsewhere DR must be wrong (pushed, carried, slipped):
+// that takes so many inliers in so many images in a row.
 constexpr int kConvincingInliers = 60;
+constexpr int kContradictingImages = 5;
 constexpr double kChi2Six = 16.81;  // 99 % quantile of chi-square with 6 degrees of freedom
 // A correction larger than this is announced (status RECOVERING).
 constexpr double kSnapTranslation = 0.02;  // m
@@ -58,11 +60,13 @@ class Tracker::Impl {
   struct Sighting {
     SE3 T_WC;
     Matrix6d cov;
+    int images = 1;  // in a row that agree
   };
 
   bool VisionBroken() const { return !placed_ || utime_ != last_vision_; }
   FoundPose Find(const SE3& T_WC_predicted, const Motion& motion, Utime utime);
-  bool Believable(const FoundPose& found, const SE3& T_WC_predicted, const Motion& motion);
+  bool Believable(const FoundPose& found, const SE3& T_WC_predicted, const Motion& motion,
+                  TrackingReason* reason);
   void Accept(const FoundPose& found, const FeatureFrame& frame, const Motion& motion,
               const SE3& T_WC_predicted, FramePose* report);
   bool WantsKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
@@ -122,19 +126,20 @@ FoundPose Tracker::Impl::Find(const SE3& T_WC_predicted, const Motion& motion, U
 
 // After a blind span few matches can agree by chance. Call after uncertainty_ was predicted.
 bool Tracker::Impl::Believable(const FoundPose& found, const SE3& T_WC_predicted,
-                               const Motion& motion) {
-  const Matrix6d& information = found.estimate.vision_information;
-  const Matrix6d cov = VisionCovariance(information);
+                               const Motion& motion, TrackingReason* reason) {
+  const SE3& T_WC = found.estimate.T_WC;
+  const Matrix6d cov = VisionCovariance(found.estimate.vision_information);
+  const Matrix6d motion_cov = motion.weight_cov + cov;
   const bool many = found.estimate.num_inliers >= kConvincingInliers;
   const bool expected =
-      MahalanobisSquared(T_WC_predicted, found.estimate.T_WC,
-                         uncertainty_.cov() + motion.weight_cov + cov) <= kChi2Six;
-  if (many && expected) return true;
-  const bool twice =
-      sighting_ && MahalanobisSquared(sighting_->T_WC * motion.T_ab, found.estimate.T_WC,
-                                      sighting_->cov + motion.weight_cov + cov) <= kChi2Six;
-  sighting_ = Sighting{found.estimate.T_WC, cov};
-  return twice;
+      MahalanobisSquared(T_WC_predicted, T_WC, uncertainty_.cov() + motion_cov) <= kChi2Six;
+  const bool again = sighting_ && MahalanobisSquared(sighting_->T_WC * motion.T_ab, T_WC,
+                                                     sighting_->cov + motion_cov) <= kChi2Six;
+  const int images = again ? sighting_->images + 1 : 1;
+  sighting_ = Sighting{T_WC, cov, images};
+  if (expected) return many || again;
+  *reason = TrackingReason::kPoseJump;
+  return many && images >= kContradictingImages;
 }
 
 // Takes over the pose of an image that vision carries.
@@ -308,7 +313,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     }
   }
   const bool unconfirmed = vision && placed_ && motion.from_dr && VisionBroken() &&
-                           !Believable(found, T_WC_predicted, motion);
+                           !Believable(found, T_WC_predicted, motion, &report.reason);
   vision = vision && !unconfirmed;
 
   if (vision) {

@@ -55,8 +55,9 @@ int main(int argc, char** argv) {
   CLI::App app("Watches a running system: poses, latency, losses, health. Ends with SIGINT.");
   app.set_version_flag("--version", gw::Version());
   app.add_option("--lcm-url", url, "bus");
-  app.add_option("--out", folder,
-                 "folder for trajectory.tum, frames.csv, pose_times.csv, health.csv");
+  app.add_option(
+      "--out", folder,
+      "folder for trajectory.tum, frames.csv, pose_times.csv, health.csv, ground_truth.tum");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -21,6 +21,13 @@ Error CannotWrite(const std::string& path) {
   return {ErrorCode::kIo, path + ": cannot be written: " + std::strerror(errno)};
 }
 
+void WriteTumLine(Utime utime, const SE3& T, FILE* out) {
+  const Eigen::Vector3d& p = T.translation();
+  const Eigen::Quaterniond& q = T.rotation();
+  std::fprintf(out, "%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", utime.seconds(), p.x(), p.y(),
+               p.z(), q.x(), q.y(), q.z(), q.w());
+}
+
 // Opens, lets `write` print, checks that everything reached the file.
 template <typename WriteLines>
 Result<Done> WriteTo(const std::string& path, WriteLines&& write) {
@@ -55,8 +62,16 @@ Result<Done> Monitor::Attach(process::Bus& bus, Monitor& monitor) {
     }
   });
   if (!ok) return ok;
-  return bus.Subscribe(wire::kHealth, [&monitor](auto bytes, Utime) {
+  ok = bus.Subscribe(wire::kHealth, [&monitor](auto bytes, Utime) {
     if (auto health = wire::Decode<Health>(bytes)) monitor.health_.push_back(std::move(*health));
+  });
+  if (!ok) return ok;
+  ok = bus.Subscribe(wire::kGroundTruth, [&monitor](auto bytes, Utime) {
+    if (auto truth = wire::Decode<GroundTruth>(bytes)) monitor.truth_.push_back(*truth);
+  });
+  if (!ok) return ok;
+  return bus.Subscribe(wire::kNote, [&monitor](auto bytes, Utime) {
+    if (auto note = wire::Decode<wire::Note>(bytes)) monitor.notes_.push_back(std::move(*note));
   });
 }
 
@@ -76,6 +91,12 @@ int64_t Monitor::LatencyQuantile(double q) const {
   return latencies[static_cast<size_t>(q * static_cast<double>(latencies.size() - 1))];
 }
 
+std::map<std::string, Health> Monitor::NewestHealth() const {
+  std::map<std::string, Health> newest;
+  for (const Health& h : health_) newest[h.process] = h;
+  return newest;
+}
+
 std::string Monitor::StatusLine() const {
   char text[256];
   std::snprintf(text, sizeof text,
@@ -85,11 +106,9 @@ std::string Monitor::StatusLine() const {
                 static_cast<double>(LatencyQuantile(0.5)) * 1e-3,
                 static_cast<double>(LatencyQuantile(0.99)) * 1e-3);
   std::string line = text;
-  std::map<std::string, const Health*> newest;
-  for (const Health& h : health_) newest[h.process] = &h;
   const char* names[] = {"?", "starting", "ok", "degraded", "failed"};
-  for (const auto& [process, health] : newest) {
-    line += ", " + process + " " + names[static_cast<int>(health->state)];
+  for (const auto& [process, health] : NewestHealth()) {
+    line += ", " + process + " " + names[static_cast<int>(health.state)];
   }
   return line;
 }
@@ -99,14 +118,15 @@ Result<Done> Monitor::Write(const std::string& folder) const {
   std::filesystem::create_directories(folder, error);
   if (error) return Error{ErrorCode::kIo, folder + ": cannot be made: " + error.message()};
   auto written = WriteTo(folder + "/trajectory.tum", [this](FILE* out) {
-    for (const Frame& f : frames_) {
-      const Eigen::Vector3d& p = f.pose.T_WB.translation();
-      const Eigen::Quaterniond& q = f.pose.T_WB.rotation();
-      std::fprintf(out, "%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", f.pose.utime.seconds(), p.x(),
-                   p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
-    }
+    for (const Frame& f : frames_) WriteTumLine(f.pose.utime, f.pose.T_WB, out);
   });
   if (!written) return written;
+  if (!truth_.empty()) {
+    written = WriteTo(folder + "/ground_truth.tum", [this](FILE* out) {
+      for (const GroundTruth& t : truth_) WriteTumLine(t.utime, t.T_GB, out);
+    });
+    if (!written) return written;
+  }
   written = WriteTo(folder + "/frames.csv", [this](FILE* out) {
     std::fprintf(out, "utime,status,n_inliers,map_revision,latency_us\n");
     for (const Frame& f : frames_) {

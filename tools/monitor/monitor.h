@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "common/contract/health.h"
+#include "common/contract/samples.h"
 #include "common/contract/tracking.h"
 #include "common/core/result.h"
 #include "common/process/bus.h"
+#include "lcmtypes/wire/wire.h"
 
 namespace gw::tools {
 
@@ -23,7 +25,7 @@ class Monitor {
 
   // trajectory.tum (T_WB of every FRAME_POSE), frames.csv (utime, status, inliers, latency from the
   // arrival of the image to the arrival of its pose), pose_times.csv (arrival and utime of every
-  // POSE), health.csv (every HEALTH message). Error kIo.
+  // POSE), health.csv (every HEALTH message), ground_truth.tum where there is any. Error kIo.
   Result<Done> Write(const std::string& folder) const;
 
   int64_t images() const { return static_cast<int64_t>(image_received_.size()); }
@@ -33,11 +35,17 @@ class Monitor {
   // Of the images with pose, us; q in [0, 1]. 0 when there is none.
   int64_t LatencyQuantile(double q) const;
 
- private:
   struct Frame {
     FramePose pose;
-    int64_t latency_us = 0;
+    int64_t latency_us = 0;  // 0: its image was not seen
   };
+  const std::vector<Frame>& frames() const { return frames_; }
+  const std::vector<GroundTruth>& truth() const { return truth_; }
+  const std::vector<wire::Note>& notes() const { return notes_; }
+  // The newest of every process, by name.
+  std::map<std::string, Health> NewestHealth() const;
+
+ private:
   struct PoseArrival {
     Utime received;
     Utime utime;
@@ -46,6 +54,8 @@ class Monitor {
   std::vector<Frame> frames_;
   std::vector<PoseArrival> pose_arrivals_;
   std::vector<Health> health_;
+  std::vector<GroundTruth> truth_;
+  std::vector<wire::Note> notes_;
 };
 
 }  // namespace gw::tools

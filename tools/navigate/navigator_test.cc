@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tools/floorplan/test_room.h"
+#include "tools/navigate/bus_time.h"
 #include "tools/navigate/test_drive.h"
 
 namespace gw::navigate {
@@ -212,6 +213,17 @@ TEST(PoseGuard, NoPoseIsNoReasonToDrive) {
   PoseGuard guard({});
   EXPECT_EQ(guard.Judge(std::nullopt, Utime{0}).state, PoseState::kNone);
   EXPECT_EQ(guard.Judge(RobotPose{}, Utime{160'000}).state, PoseState::kStale);
+}
+
+TEST(BusTime, IsThatOfTheSensorsAndGoesOnWhenTheyAreSilent) {
+  BusTime time;
+  EXPECT_FALSE(time.At(Utime{0}).has_value());
+  time.Observe(Utime{5'000'000}, Utime{9'000'000});  // a world 4 s behind the clock
+  EXPECT_EQ(*time.At(Utime{9'050'000}), Utime{5'000'000});
+  EXPECT_EQ(*time.At(Utime{9'300'000}), Utime{5'200'000});
+  time.Observe(Utime{4'900'000}, Utime{9'310'000});
+  time.Observe(Utime{5'100'000}, Utime{9'320'000});
+  EXPECT_EQ(*time.At(Utime{9'330'000}), Utime{5'200'000}) << "never goes back";
 }
 
 TEST(RobotPose, TheStartPoseTiesTheWorldToTheMap) {

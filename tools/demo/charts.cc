@@ -87,12 +87,13 @@ std::string FloorChart(const RunAnalysis& run, const std::optional<floorplan::Fl
 std::string TimeChart(const RunAnalysis& run) {
   plot::Figure figure;
   figure.panel_width = 1000;
-  figure.panel_height = 210;
-  Panel quality = OverTime(run, "Q, health of tracking", "0 to 1");
+  figure.panel_height = 250;
+  Panel quality = OverTime(run, "Q, health of tracking", "Q");
   quality.y_range = {-0.03, 1.03};
   AddSeries(
       run, [](const FramePoint& f) { return f.q; }, &quality);
-  Panel alpha = OverTime(run, "alpha, weight of dead reckoning", "log10");
+  Panel alpha = OverTime(run, "alpha, weight of dead reckoning", "log10 alpha");
+  alpha.y_range = {-1.5, 3.5};
   AddSeries(
       run, [](const FramePoint& f) { return f.alpha > 0 ? std::log10(f.alpha) : NAN; }, &alpha);
   figure.panels = {std::move(quality), std::move(alpha)};

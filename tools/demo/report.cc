@@ -51,6 +51,12 @@ std::string SvgImage(const std::string& svg, const std::string& what) {
   return "<img alt=\"" + what + "\" src=\"data:image/svg+xml;base64," + Base64(svg) + "\">\n";
 }
 
+std::string Section(const std::string& heading, const std::string& text,
+                    const std::string& content) {
+  const std::string lead = text.empty() ? "" : "<p>" + text + "</p>\n";
+  return "<h2>" + heading + "</h2>\n" + lead + content;
+}
+
 std::string Numbers(const RunAnalysis& run, const tools::Monitor& monitor) {
   std::string out = "<table>\n";
   out += Row("duration, way",
@@ -159,15 +165,24 @@ Result<std::string> RenderReport(const ReportInput& input) {
     if (!picture) return picture.error();
     pictures += *picture;
   }
-  const std::string title = Escaped(input.title);
-  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + title +
-         "</title><style>" + kStyle + "</style></head><body>\n<h1>" + title +
-         "</h1>\n<p>Good Weights " + Version() + "</p>\n" + Numbers(run, *input.monitor) +
-         "<h2>The way</h2>\n" + SvgImage(FloorChart(run, input.map), "way on the floor map") +
-         "<h2>Over time</h2>\n" + SvgImage(TimeChart(run), "Q, alpha and error over time") +
-         "<h2>Latency</h2>\n" + SvgImage(LatencyChart(run), "histogram of latency") +
-         "<h2>What the camera saw, with its features</h2>\n<div class=\"images\">\n" + pictures +
-         "</div>\n<h2>Events</h2>\n" + Events(run, *input.monitor) + "</body></html>\n";
+  const std::string title = Escaped("Run of " + input.title);
+  std::string page = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
+                     title + "</title><style>" + kStyle + "</style></head><body>\n<h1>" + title +
+                     "</h1>\n<p>Good Weights " + Version() +
+                     ". Poses as they were published live, while the robot drove.</p>\n";
+  page += Numbers(run, *input.monitor);
+  page += Section("The way", "Where the camera was blind, dead reckoning alone carried the pose.",
+                  SvgImage(FloorChart(run, input.map), "way on the floor map"));
+  page +=
+      Section("Over time",
+              "Q falls when the image shows too little or too little of it is matched; alpha then "
+              "raises the weight of dead reckoning.",
+              SvgImage(TimeChart(run), "Q, alpha and error over time"));
+  page += Section("Latency", "", SvgImage(LatencyChart(run), "histogram of latency"));
+  page += Section("What the camera saw", "Circles: features, as large as their pyramid level.",
+                  "<div class=\"images\">\n" + pictures + "</div>\n");
+  page += Section("Events", "", Events(run, *input.monitor));
+  return page + "</body></html>\n";
 }
 
 }  // namespace gw::demo

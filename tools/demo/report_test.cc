@@ -105,7 +105,7 @@ TEST_F(RunOnABus, ThePageNeedsNothingElse) {
   input.images = &images_;
   const auto html = RenderReport(input);
   ASSERT_TRUE(html.ok()) << html.error().message;
-  EXPECT_THAT(*html, HasSubstr("run &lt;1>"));
+  EXPECT_THAT(*html, HasSubstr("Run of run &lt;1>"));
   EXPECT_THAT(*html, HasSubstr("a &lt; b"));
   EXPECT_THAT(*html, HasSubstr("2.0 s in 1 spans"));
   EXPECT_THAT(*html, HasSubstr("data:image/jpeg;base64,"));

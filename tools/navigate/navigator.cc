@@ -22,6 +22,7 @@ constexpr double kBackOffSpeed = 0.1;  // m/s
 constexpr double kBackOffMaxS = 4;     // also when it does not move
 constexpr double kObstacleM = 0.1;     // radius of what was bumped into
 constexpr double kTightM = 0.02;       // clearance to walls of stops that are close to one
+constexpr double kSteadyS = 0.3;       // without a reason to stand, before it goes on
 constexpr double kProgressM = 0.05;    // nearer along the way counts as progress
 
 void MarkDisc(const Eigen::Vector2d& centre, double radius, FloorMap* map) {
@@ -98,9 +99,11 @@ Navigator::Output Navigator::Update(Utime now) {
   if (!why.empty()) {
     if (!held_) Tell(EventKind::kHeld, why, &out);
     held_ = true;
+    last_bad_ = now;
     return out;
   }
   if (held_) {
+    if ((now - last_bad_).seconds() < kSteadyS) return out;
     held_ = false;
     Tell(EventKind::kResumed, "", &out);
     phase_ = Phase::kPlan;

@@ -113,6 +113,7 @@ class Navigator {
   int attempts_ = 0;
   int num_unreachable_ = 0;
   bool held_ = false;
+  Utime last_bad_;
   bool told_finished_ = false;
   floorplan::Leg leg_;
   std::optional<floorplan::Pursuit> pursuit_;

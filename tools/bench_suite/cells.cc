@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "tools/bench_suite/programs.h"
+#include "tools/files/hash_file.h"
 #include "tools/files/text_file.h"
 
 namespace gw::bench {
@@ -28,9 +29,9 @@ Result<Slam> TakeSlam(const std::string& folder) {
   fs::create_directories(folder, error);
   if (!error) fs::copy_file(*path, copy, fs::copy_options::overwrite_existing, error);
   if (error) return Error{ErrorCode::kIo, copy + ": cannot be made: " + error.message()};
-  const auto hash = HashFile(copy);
+  const auto hash = tools::HashFile(copy);
   if (!hash) return hash.error();
-  return Slam{copy, HashText(*hash)};
+  return Slam{copy, tools::HashText(*hash)};
 }
 
 // What a cell's result depends on.

@@ -9,6 +9,7 @@
 
 #include "common/core/hash.h"
 #include "tools/bench_suite/programs.h"
+#include "tools/files/hash_file.h"
 #include "tools/files/text_file.h"
 
 namespace gw::bench {
@@ -26,7 +27,7 @@ class RecipeHash {
   void Add(const std::vector<std::string>& texts) {
     for (const std::string& text : texts) Add(text);
   }
-  std::string text() const { return HashText(hash_); }
+  std::string text() const { return tools::HashText(hash_); }
 
  private:
   uint64_t hash_ = kFnvOffset;
@@ -132,12 +133,12 @@ Result<PreparedInput> PrepareInput(const SuiteInput& input, const std::string& c
     const auto edited = ApplyFaults(input, cache, &out.log);
     if (!edited) return edited.error();
   }
-  const auto log_hash = HashFile(out.log);
+  const auto log_hash = tools::HashFile(out.log);
   if (!log_hash) return log_hash.error();
-  out.log_hash = HashText(*log_hash);
-  const auto config_hash = HashFile(out.config);
+  out.log_hash = tools::HashText(*log_hash);
+  const auto config_hash = tools::HashFile(out.config);
   if (!config_hash) return config_hash.error();
-  out.config_hash = HashText(*config_hash);
+  out.config_hash = tools::HashText(*config_hash);
   auto truth = eval::ReadGroundTruthLog(out.log);
   if (!truth) return truth.error();
   out.truth = *std::move(truth);

@@ -4,15 +4,10 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
-#include <array>
 #include <cerrno>
-#include <cinttypes>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 
-#include "common/core/hash.h"
 #include "tools/files/text_file.h"
 
 namespace gw::bench {
@@ -65,25 +60,6 @@ Result<Done> RunProgram(const std::vector<std::string>& command, const std::stri
                                             : "signal " + std::to_string(WTERMSIG(status));
   return Error{ErrorCode::kBadData, std::filesystem::path(command[0]).filename().string() + ": " +
                                         how + ": " + LastLine(output) + " (" + output + ")"};
-}
-
-Result<uint64_t> HashFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{ErrorCode::kNotFound, path + ": cannot be opened"};
-  std::vector<char> buffer(size_t{1} << 20);
-  uint64_t hash = kFnvOffset;
-  while (file) {
-    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    hash = Fnv1a({buffer.data(), static_cast<size_t>(file.gcount())}, hash);
-  }
-  if (!file.eof()) return Error{ErrorCode::kIo, path + ": cannot be read"};
-  return hash;
-}
-
-std::string HashText(uint64_t hash) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016" PRIx64, hash);
-  return text.data();
 }
 
 }  // namespace gw::bench

@@ -1,7 +1,6 @@
 // The other programs of the project, run as children.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,11 +14,5 @@ Result<std::string> SiblingProgram(const std::string& name);
 // Runs a program to its end; what it prints goes to the file `output`. Error kIo when it cannot be
 // started; kBadData, with the last line it printed, when it ends with anything but 0.
 Result<Done> RunProgram(const std::vector<std::string>& command, const std::string& output);
-
-// FNV-1a of a file's bytes. Error: kNotFound, kIo.
-Result<uint64_t> HashFile(const std::string& path);
-
-// 16 hexadecimal digits.
-std::string HashText(uint64_t hash);
 
 }  // namespace gw::bench

@@ -14,11 +14,6 @@ double Degrees(const SE3& T) {
   return LogSO3(T.rotation()).norm() * 180.0 / std::numbers::pi;
 }
 
-// What the estimate makes of the motion from a to b, seen from what it really was.
-SE3 MotionError(const PosePair& a, const PosePair& b) {
-  return (a.T_ref.inverse() * b.T_ref).inverse() * (a.T_est.inverse() * b.T_est);
-}
-
 void MeasureRpe(const std::vector<PosePair>& pairs, DurationUs delta, Evaluation* out) {
   std::vector<double> translation_m;
   std::vector<double> rotation_deg;
@@ -68,6 +63,10 @@ Drift MeasureDrift(const std::vector<PosePair>& pairs, const std::vector<double>
 }
 
 }  // namespace
+
+SE3 MotionError(const PosePair& a, const PosePair& b) {
+  return (a.T_ref.inverse() * b.T_ref).inverse() * (a.T_est.inverse() * b.T_est);
+}
 
 Stats Summarise(std::vector<double> errors) {
   Stats stats;

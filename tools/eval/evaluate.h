@@ -64,6 +64,9 @@ struct Evaluation {
 Result<Evaluation> Evaluate(const Trajectory& ref, const Trajectory& est,
                             const EvalOptions& options);
 
+// What the estimate makes of the motion from a to b, seen from what it really was.
+SE3 MotionError(const PosePair& a, const PosePair& b);
+
 // How long the estimate may stay silent and still count as coming: three times its median period.
 // Zero for less than two poses.
 DurationUs LongestPause(const Trajectory& est);

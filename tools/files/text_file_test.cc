@@ -5,6 +5,8 @@
 
 #include <filesystem>
 
+#include "tools/files/hash_file.h"
+
 namespace gw::tools {
 namespace {
 
@@ -19,6 +21,15 @@ TEST(TextFile, ComesBackAsItWasWritten) {
     EXPECT_EQ(*read, text);
   }
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
+}
+
+TEST(HashFile, IsFnv1aOfTheBytes) {
+  const std::string path = testing::TempDir() + "gw_hash_file";
+  ASSERT_TRUE(WriteTextFile(path, "foobar").ok());
+  const auto hash = HashFile(path);
+  ASSERT_TRUE(hash.ok());
+  EXPECT_EQ(HashText(*hash), "85944171f73967e8");  // from the authors' test vectors
+  EXPECT_EQ(HashFile("/no/such/file").error().code, ErrorCode::kNotFound);
 }
 
 TEST(TextFile, ErrorsNameThePathAndTheReason) {

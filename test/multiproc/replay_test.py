@@ -6,15 +6,18 @@ usage: replay_test.py BIN_DIR DATA_DIR WORK_DIR
 Prints what it measured. Exit 0 ok, 1 failed, 77 skipped (says why).
 """
 import csv
+import math
 import os
 import shutil
 import signal
+import statistics
 import subprocess
 import sys
 import time
 
 SKIP = 77
 NEEDED_RMEM = 4 << 20
+TRACKED = ("2", "3")  # status of FRAME_POSE: tracking, degraded
 URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=8388608"
 
 
@@ -63,8 +66,9 @@ class System:
             [f"{self.bin}/{name}", "--config", self.config, "--lcm-url", URL] + extra,
             stderr=open(f"{self.out}/{name}.err", "a"))
 
-    def play(self, log, kill=None, at_s=4.0, down_s=0.3):
-        """Plays the log; kills and restarts one process on the way. Wall time of the restart, us."""
+    def play(self, log, kill=None, at_s=4.0, down_s=0.1):
+        """Plays the log; kills one process on the way and starts it again down_s later, as its service does.
+        Wall time of the new start, us."""
         player = subprocess.Popen(["lcm-logplayer", "--lcm-url=" + URL, "--regexp=^(CAMERA|DR)$", log],
                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         restarted = None
@@ -100,16 +104,34 @@ def rows(path):
         return list(csv.DictReader(f))
 
 
+def rejoin_s(kill, restarted, out, frames, poses):
+    """Seconds from the new start of a process until it does its work again."""
+    # The player keeps the pace of the recording: its clock and ours differ by a constant.
+    offset = statistics.median(int(p["received"]) - int(p["utime"]) for p in poses)
+    if kill == "gw-frontend":
+        back = [int(f["utime"]) + offset for f in frames if f["status"] in TRACKED]
+    elif kill == "gw-dr-ekf":
+        back = [int(p["received"]) for p in poses]
+    else:
+        back = [int(h["utime"]) for h in rows(f"{out}/health.csv") if h["process"] == kill]
+    return min((t - restarted for t in back if t > restarted), default=math.inf) * 1e-6
+
+
 def run(bin_dir, log, config, out, kill=None):
     system = System(bin_dir, config, out)
     restarted = system.play(log, kill)
     codes, summary = system.stop()
     frames, poses = rows(f"{out}/frames.csv"), rows(f"{out}/pose_times.csv")
-    pose_gap_s = max((int(b["utime"]) - int(a["utime"])) * 1e-6 for a, b in zip(poses, poses[1:]))
-    frame_gap_s = max((int(b["utime"]) - int(a["utime"])) * 1e-6 for a, b in zip(frames, frames[1:]))
+    gaps = [int(b["utime"]) - int(a["utime"]) for a, b in zip(poses, poses[1:])]
+    result = {
+        "codes": codes, "frames": frames, "pose_gap_s": max(gaps) * 1e-6,
+        "dr_period_s": statistics.median(gaps) * 1e-6,
+        "rejoin_s": rejoin_s(kill, restarted, out, frames, poses) if kill else 0.0,
+    }
     print(f"{kill or 'undisturbed'}: {summary}")
-    print(f"  exit codes {codes}, largest gap of POSE {pose_gap_s:.3f} s, of FRAME_POSE {frame_gap_s:.3f} s")
-    return codes, frames, poses, pose_gap_s, frame_gap_s
+    print(f"  exit codes {codes}, largest gap of POSE {result['pose_gap_s']:.3f} s (DR period "
+          f"{result['dr_period_s']:.3f} s), back at work {result['rejoin_s']:.3f} s after the new start")
+    return result
 
 
 def ape(bin_dir, truth, estimate):
@@ -133,6 +155,11 @@ def main():
     subprocess.run([f"{bin_dir}/gw-slam", log, "--config", config, "--out", f"{work}/offline"],
                    check=True, stderr=subprocess.DEVNULL)
     offline = ape(bin_dir, truth, f"{work}/offline/trajectory.tum")
+    # Real time cannot be judged on a host that others use: messages get lost in full buffers there.
+    load, cores = os.getloadavg()[0], os.cpu_count()
+    busy = load > cores + 1
+    if busy:
+        print(f"load {load:.1f} on {cores} cores: times and losses are printed, not judged")
     failures = []
 
     def expect(condition, claim):
@@ -140,26 +167,36 @@ def main():
             failures.append(claim)
             print("  FAILED:", claim)
 
-    codes, frames, poses, pose_gap, _ = run(bin_dir, log, config, f"{work}/undisturbed")
+    def expect_in_time(condition, claim):
+        if busy and not condition:
+            print("  not judged:", claim)
+        else:
+            expect(condition, claim)
+
+    undisturbed = run(bin_dir, log, config, f"{work}/undisturbed")
     live = ape(bin_dir, truth, f"{work}/undisturbed/trajectory.tum")
     print(f"  APE live {live:.4f} m, offline {offline:.4f} m")
-    # None is lost on a quiet machine; a test must not fail because the host was busy for a moment.
-    expect(len(frames) >= 396, "a pose for each of the 400 images")
-    expect(all(c == 0 for c in codes.values()), "SIGTERM ends every process with 0")
+    # None is lost on a quiet machine; the host may be busy for a moment.
+    expect_in_time(len(undisturbed["frames"]) >= 396, "a pose for each of the 400 images")
+    expect(all(c == 0 for c in undisturbed["codes"].values()), "SIGTERM ends every process with 0")
     expect(live < 0.032, "live APE below 0.032 m")
 
     for name in ("gw-frontend", "gw-backend", "gw-dr-ekf"):
-        codes, frames, poses, pose_gap, frame_gap = run(bin_dir, log, config, f"{work}/kill-{name}", name)
-        tracked = [f for f in frames if f["status"] in ("2", "3")]
+        after = run(bin_dir, log, config, f"{work}/kill-{name}", name)
+        frames = after["frames"]
+        tracked = [f for f in frames if f["status"] in TRACKED]
+        revisions = [int(f["map_revision"]) for f in frames]
         error = ape(bin_dir, truth, f"{work}/kill-{name}/trajectory.tum")
-        print(f"  APE {error:.4f} m, tracked {len(tracked)} of {len(frames)} poses")
-        expect(all(c == 0 for c in codes.values()), f"the others survive the death of {name}")
+        print(f"  APE {error:.4f} m, tracked {len(tracked)} of {len(frames)} poses, map revision {revisions[-1]}")
+        expect(all(c == 0 for c in after["codes"].values()), f"the others survive the death of {name}")
+        expect_in_time(after["rejoin_s"] <= 1.0, f"{name} is back at work 1 s after its new start")
+        gap_bar_s = 0.3 if name == "gw-dr-ekf" else 1.01 * after["dr_period_s"]
+        expect_in_time(after["pose_gap_s"] <= gap_bar_s, f"POSE has no gap above {gap_bar_s:.3f} s when {name} dies")
         expect(tracked and tracked[-1] is frames[-1], f"tracking at the end although {name} was killed")
-        # Generous against the 10 ms and 0.32 s measured: the claim is that POSE goes on, not how fast the host is.
-        expect(pose_gap < (1.5 if name == "gw-dr-ekf" else 0.1), f"POSE goes on while {name} is down")
-        if name == "gw-frontend":
-            expect(frame_gap < 2.5, "the front-end rejoins after its restart")
-        expect(error < 0.06, f"same map after the death of {name}")
+        expect(error < 0.032, f"same map after the death of {name}")
+        # A front-end that comes back knows no map until the back-end sends it one.
+        kept = revisions if name != "gw-frontend" else [r for r in revisions if r > 0]
+        expect(kept == sorted(kept), f"the map only goes on after the death of {name}")
     print(f"{len(failures)} failed")
     sys.exit(1 if failures else 0)
 

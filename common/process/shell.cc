@@ -74,10 +74,12 @@ Result<Done> RunLoop(Loop& loop, Bus& bus, Node& node, Shell& shell) {
 Result<Done> Shell::ListenRaw(const std::string& channel, Bus::Handler handler) {
   return bus_->Subscribe(channel, [this, channel, handler = std::move(handler)](
                                       std::span<const uint8_t> bytes, Utime received) {
-    // Reliable channels count their own losses, and their seq is that of the delivery.
+    // Reliable channels count their own losses, and their seq is that of the delivery. On HEALTH
+    // every process counts for itself.
     const wire::Channel* entry = wire::FindChannel(channel);
     const auto header = wire::ReadHeader(bytes);
-    if (header && entry != nullptr && entry->policy != wire::QueuePolicy::kReliable) {
+    if (header && entry != nullptr && entry->policy != wire::QueuePolicy::kReliable &&
+        channel != wire::kHealth) {
       const int64_t lost = sequence_.Observe(channel, "", header->seq);
       if (lost > 0) health_.Count(channel + ".lost", lost);
     }

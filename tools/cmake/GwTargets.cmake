@@ -40,7 +40,7 @@ function(gw_program name)
   endforeach()
 endfunction()
 
-# gw_test(NAME SOURCES ... LIBS ... [LABEL unit|world|golden|multiproc|dataset|study] [TIMEOUT seconds])
+# gw_test(NAME SOURCES ... LIBS ... [LABEL unit|world|golden|multiproc|dataset|study|robot] [TIMEOUT seconds])
 # One ctest entry per program; GoogleTest prints the cases.
 function(gw_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LIBS" ${ARGN})

@@ -22,6 +22,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+MapSession TestSession() {
+  return {.begin = {1'000'000},
+          .first_keyframe = {1},
+          .source = MakeFeatureSource(TestCamera(), OrbConfig()),
+          .version = "test"};
+}
+
 class JournalTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -38,10 +45,11 @@ class JournalTest : public testing::Test {
     std::snprintf(name, sizeof(name), "map-%08d.gwj", generation);
     return directory_ / name;
   }
-  std::vector<uint8_t> Read(int generation) const {
-    std::ifstream in(File(generation), std::ios::binary);
+  static std::vector<uint8_t> ReadPath(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
   }
+  std::vector<uint8_t> Read(int generation) const { return ReadPath(File(generation)); }
   void Write(int generation, const std::vector<uint8_t>& bytes) const {
     fs::create_directories(directory_);
     std::ofstream out(File(generation), std::ios::binary | std::ios::trunc);
@@ -49,7 +57,7 @@ class JournalTest : public testing::Test {
               static_cast<std::streamsize>(bytes.size()));
   }
   Journal Open(const JournalOptions& options = {}) {
-    auto journal = Journal::Open(directory(), options, loaded_);
+    auto journal = Journal::Open(directory(), options, TestSession(), loaded_);
     EXPECT_TRUE(journal.ok()) << (journal.ok() ? "" : journal.error().message);
     return std::move(*journal);
   }
@@ -185,7 +193,7 @@ TEST_F(JournalTest, AProcessKilledInTheMiddleLosesNothingItHadRecorded) {
   ASSERT_GE(child, 0);
   if (child == 0) {
     LoadedMap loaded;
-    auto journal = Journal::Open(directory(), {}, loaded);
+    auto journal = Journal::Open(directory(), {}, TestSession(), loaded);
     Recorder recorder;
     for (int i = 0; i < 5; ++i) recorder.Step(*journal);
     raise(SIGKILL);
@@ -241,7 +249,8 @@ TEST_F(JournalTest, AfterDamageItGoesOnInANewFileAndKeepsTheDamagedOne) {
     EXPECT_EQ(loaded_.map.Hash(), recorder.ExpectedHash(before_last));
     EXPECT_EQ(journal.generation(), 2);
   }
-  EXPECT_EQ(Read(1), bytes);
+  EXPECT_FALSE(fs::exists(File(1)));
+  EXPECT_EQ(ReadPath(File(1).string() + ".damaged"), bytes);
   const auto again = LoadMap(directory());
   EXPECT_EQ(again->damage, "");
   EXPECT_EQ(again->map.Hash(), loaded_.map.Hash());
@@ -284,6 +293,106 @@ TEST_F(JournalTest, AnUnreadableNewestGenerationFallsBackToTheOneBefore) {
   EXPECT_EQ(loaded->map.Hash(), at_checkpoint);
 }
 
+// The checkpoint is lost, but the generation before leads to it and its own records go on from it.
+TEST_F(JournalTest, BehindADamagedCheckpointItGoesOnFromTheGenerationBefore) {
+  Recorder recorder;
+  {
+    Journal journal = Open();
+    for (int i = 0; i < 3; ++i) ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+    ASSERT_TRUE(journal.Checkpoint(recorder.mapper.map()).ok());
+    for (int i = 0; i < 3; ++i) ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+  }
+  std::vector<uint8_t> bytes = Read(2);
+  bytes[400] ^= 4;
+  Write(2, bytes);
+  const auto loaded = LoadMap(directory());
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_EQ(loaded->map.Hash(), recorder.mapper.map().Hash());
+  EXPECT_THAT(loaded->damage, testing::HasSubstr("map-00000002"));
+  {
+    Journal journal = Open();
+    ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+  }
+  EXPECT_EQ(LoadMap(directory())->map.Hash(), recorder.mapper.map().Hash());
+  EXPECT_EQ(LoadMap(directory())->damage, "");
+  EXPECT_TRUE(fs::exists(File(1))) << "the whole generation before stays";
+}
+
+TEST_F(JournalTest, AnUpdateThatContradictsTheMapIsDamage) {
+  Recorder recorder;
+  uint64_t before = 0;
+  {
+    Journal journal = Open();
+    for (int i = 0; i < 3; ++i) ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+    before = recorder.mapper.map().Hash();
+    MapUpdate wrong;
+    wrong.base_revision = recorder.mapper.map().revision();
+    wrong.revision = wrong.base_revision + 1;
+    wrong.newest_keyframe = {3};
+    wrong.landmarks.push_back(
+        *recorder.mapper.map().FindLandmark(recorder.mapper.map().SortedLandmarkIds().front()));
+    wrong.landmarks.back().observations = {{{1}, LandmarkId::kMaxFeatures - 1}};
+    ASSERT_TRUE(journal.Append(wrong, {}).ok());
+  }
+  const auto loaded = LoadMap(directory());
+  ASSERT_TRUE(loaded.ok());
+  EXPECT_THAT(loaded->damage, testing::HasSubstr("contradicts"));
+  EXPECT_EQ(loaded->map.Hash(), before);
+}
+
+TEST_F(JournalTest, NotesTheSessions) {
+  Recorder recorder;
+  for (int i = 0; i < 3; ++i) {
+    Journal journal = Open();
+    ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+    ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+    if (i == 1) {
+      ASSERT_TRUE(journal.Checkpoint(recorder.mapper.map()).ok());
+    }
+  }
+  const auto loaded = LoadMap(directory());
+  ASSERT_EQ(loaded->sessions.size(), 3u);
+  EXPECT_EQ(loaded->sessions[0].first_keyframe, KeyframeId{1});
+  EXPECT_EQ(loaded->sessions[1].first_keyframe, KeyframeId{3});
+  EXPECT_EQ(loaded->sessions[2].first_keyframe, KeyframeId{5});
+  EXPECT_EQ(loaded->sessions[2].version, "test");
+}
+
+TEST_F(JournalTest, AMapOfAnotherCameraIsRefusedAndLeftAlone) {
+  Recorder recorder;
+  {
+    Journal journal = Open();
+    ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+  }
+  const std::vector<uint8_t> bytes = Read(1);
+  MapSession other = TestSession();
+  other.source.fx = 123.5;
+  other.source.num_levels = 6;
+  const auto journal = Journal::Open(directory(), {}, other, loaded_);
+  ASSERT_FALSE(journal.ok());
+  EXPECT_EQ(journal.error().code, ErrorCode::kBadConfig);
+  EXPECT_THAT(journal.error().message, testing::HasSubstr("(now 123.5)"));
+  EXPECT_THAT(journal.error().message, testing::HasSubstr("orb.num_levels 8 (now 6)"));
+  EXPECT_EQ(Read(1), bytes);
+}
+
+TEST_F(JournalTest, AnotherFormatVersionIsRefusedEvenIfAnOlderGenerationCouldBeRead) {
+  Recorder recorder;
+  {
+    Journal journal = Open();
+    ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+    ASSERT_TRUE(journal.Checkpoint(recorder.mapper.map()).ok());
+  }
+  std::vector<uint8_t> bytes = Read(2);
+  bytes[6] = '9';
+  Write(2, bytes);
+  const auto journal = Journal::Open(directory(), {}, TestSession(), loaded_);
+  ASSERT_FALSE(journal.ok());
+  EXPECT_THAT(journal.error().message, testing::HasSubstr("format version"));
+  EXPECT_EQ(Read(2), bytes);
+  EXPECT_FALSE(fs::exists(File(3)));
+}
+
 TEST_F(JournalTest, SyncsWhenTheOldestRecordIsOldEnough) {
   Recorder recorder;
   Journal journal = Open({.sync_interval = Milliseconds(200)});
@@ -296,7 +405,7 @@ TEST_F(JournalTest, SyncsWhenTheOldestRecordIsOldEnough) {
 TEST_F(JournalTest, ASecondWriterIsRefused) {
   Journal journal = Open();
   LoadedMap loaded;
-  const auto second = Journal::Open(directory(), {}, loaded);
+  const auto second = Journal::Open(directory(), {}, TestSession(), loaded);
   ASSERT_FALSE(second.ok());
   EXPECT_THAT(second.error().message, testing::HasSubstr("another process"));
 }
@@ -305,7 +414,8 @@ TEST_F(JournalTest, ADirectoryThatCannotBeMadeIsAClearError) {
   fs::create_directories(directory_);
   std::ofstream(directory_ / "file") << "x";
   LoadedMap loaded;
-  const auto journal = Journal::Open((directory_ / "file" / "map").string(), {}, loaded);
+  const auto journal =
+      Journal::Open((directory_ / "file" / "map").string(), {}, TestSession(), loaded);
   ASSERT_FALSE(journal.ok());
   EXPECT_EQ(journal.error().code, ErrorCode::kIo);
   EXPECT_THAT(journal.error().message, testing::HasSubstr("file/map"));
@@ -362,6 +472,20 @@ TEST_F(JournalTest, AFullDiskFailsTheJournalLosesNothingAndHealsWithACheckpoint)
   recorder.k = 5;
   ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
   EXPECT_EQ(LoadMap(directory())->map.Hash(), recorder.mapper.map().Hash());
+}
+
+TEST_F(JournalTest, ACheckpointThatDoesNotFitLeavesTheJournalGoingOn) {
+  Recorder recorder;
+  Journal journal = Open();
+  for (int i = 0; i < 3; ++i) ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+  {
+    const FileSizeLimit full(1000);
+    EXPECT_FALSE(journal.Checkpoint(recorder.mapper.map()).ok());
+  }
+  EXPECT_FALSE(journal.failed());
+  ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+  EXPECT_EQ(LoadMap(directory())->map.Hash(), recorder.mapper.map().Hash());
+  EXPECT_EQ(journal.generation(), 1);
 }
 
 }  // namespace

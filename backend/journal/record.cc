@@ -37,6 +37,14 @@ void AppendRecord(RecordType type, std::span<const uint8_t> payload, std::vector
   out.insert(out.end(), payload.begin(), payload.end());
 }
 
+bool IsOtherVersion(std::span<const uint8_t> bytes) {
+  constexpr size_t kDigit = kFileMagic.size() - 2;
+  return bytes.size() >= kFileMagic.size() &&
+         std::equal(kFileMagic.begin(), kFileMagic.begin() + kDigit, bytes.begin()) &&
+         bytes[kDigit] != kFileMagic[kDigit] && bytes[kDigit] >= '0' && bytes[kDigit] <= '9' &&
+         bytes[kDigit + 1] == '\n';
+}
+
 RecordReader::RecordReader(std::span<const uint8_t> bytes) : bytes_(bytes) {
   const bool has_magic = bytes.size() >= kFileMagic.size() &&
                          std::equal(kFileMagic.begin(), kFileMagic.end(), bytes.begin());
@@ -61,6 +69,19 @@ RecordReader::State RecordReader::Next(RecordView& record) {
   good_end_ += kRecordHeaderBytes + length;
   record.end = good_end_;
   return State::kOk;
+}
+
+bool RecordReader::Resync() {
+  for (size_t at = good_end_ + 1; at + kRecordHeaderBytes <= bytes_.size(); ++at) {
+    if (GetWord(bytes_.subspan(at), 0) != kRecordMagic) continue;
+    RecordReader there(*this);
+    there.good_end_ = at;
+    RecordView record{};
+    if (there.Next(record) != State::kOk) continue;
+    good_end_ = at;
+    return true;
+  }
+  return false;
 }
 
 }  // namespace gw::backend

@@ -13,15 +13,20 @@
 
 namespace gw::backend {
 
-inline constexpr std::string_view kFileMagic = "GWMAPJ1\n";
-inline constexpr uint32_t kRecordMagic = 0x52574721;  // "!GWR"
+inline constexpr std::string_view kFileMagic = "GWMAPJ2\n";  // the digit is the format's version
+inline constexpr uint32_t kRecordMagic = 0x52574721;         // "!GWR"
 inline constexpr size_t kRecordHeaderBytes = 20;
 
 enum class RecordType : uint32_t {
   kKeyframe = 1,    // wire::Encode(Keyframe), as inserted
   kMapUpdate = 2,   // wire::Encode(MapUpdate), as published
   kCheckpoint = 3,  // uint64 little-endian: Map::Hash() of everything before; ends a checkpoint
+  kSession = 4,     // Encode(MapSession): who writes from here on
 };
+
+// Whether a file begins like a journal of another format version, which this program cannot read
+// and must not replace.
+bool IsOtherVersion(std::span<const uint8_t> bytes);
 
 // Appends one record to `out`. Precondition: the payload is shorter than 4 GiB.
 void AppendRecord(RecordType type, std::span<const uint8_t> payload, std::vector<uint8_t>& out);
@@ -44,7 +49,9 @@ class RecordReader {
 
   explicit RecordReader(std::span<const uint8_t> bytes);
   State Next(RecordView& record);
-  // Behind the last good record.
+  // Goes on behind a damaged place, at the next record that is whole. False: there is none.
+  bool Resync();
+  // Behind the last good record (after Resync: before the next).
   size_t good_end() const { return good_end_; }
 
  private:

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "common/camera/camera_model.h"
+#include "common/core/version.h"
 #include "lcmtypes/wire/channels.h"
 
 namespace gw::backend {
@@ -16,30 +17,41 @@ Result<std::unique_ptr<process::Node>> BackendNode::Create(const RobotConfig& co
                                                            const std::string& map_directory) {
   const auto geometry = MakeCameraGeometry(config.calibration);
   if (!geometry) return geometry.error();
-  std::optional<Journal> journal;
-  LoadedMap loaded;
-  if (!map_directory.empty()) {
-    const JournalOptions options{.sync_interval = Milliseconds(config.backend.journal_sync_ms)};
-    auto opened = Journal::Open(map_directory, options, loaded);
-    if (!opened) return opened.error();
-    journal = std::move(*opened);
-  }
-  auto mapper =
-      Mapper::Create(config.backend, config.frontend, geometry->rectified, std::move(loaded.map));
+  auto mapper = Mapper::Create(config.backend, config.frontend, geometry->rectified);
   if (!mapper) return mapper.error();
-  return std::unique_ptr<process::Node>(new BackendNode(
-      std::move(*mapper), std::move(journal), std::move(loaded.pending), std::move(loaded.damage)));
+  return std::unique_ptr<process::Node>(
+      new BackendNode(config, geometry->rectified, map_directory, std::move(*mapper)));
+}
+
+Result<Done> BackendNode::OpenMap(process::Shell& shell) {
+  LoadedMap loaded;
+  const JournalOptions options{.sync_interval = Milliseconds(config_.backend.journal_sync_ms)};
+  const MapSession session{.begin = shell.Now(),
+                           .first_keyframe = {},
+                           .source = MakeFeatureSource(camera_, config_.frontend.orb),
+                           .version = Version()};
+  auto journal = Journal::Open(map_directory_, options, session, loaded);
+  if (!journal) return journal.error();
+  journal_ = std::move(*journal);
+  auto mapper = Mapper::Create(config_.backend, config_.frontend, camera_, std::move(loaded.map));
+  if (!mapper) return mapper.error();
+  mapper_ = std::move(*mapper);
+  if (!loaded.damage.empty()) {
+    shell.log().Write(shell.Now(), process::Severity::kWarning, "map.damaged",
+                      {{"what", loaded.damage},
+                       {"action", "nothing to do; the damaged files are kept as *.damaged"}});
+  }
+  for (const Keyframe& keyframe : loaded.pending) Insert(keyframe, true, shell);
+  return Done{};
 }
 
 Result<Done> BackendNode::Start(process::Shell& shell) {
   const int64_t session = shell.Now().us;
   keyframes_.emplace(session);
   updates_.emplace(session);
-  if (!load_report_.empty()) {
-    shell.log().Write(shell.Now(), process::Severity::kWarning, "map.damaged",
-                      {{"what", load_report_}, {"action", "gw-map check shows what was lost"}});
+  if (!map_directory_.empty()) {
+    if (const auto opened = OpenMap(shell); !opened) return opened;
   }
-  for (const Keyframe& keyframe : std::exchange(pending_, {})) Insert(keyframe, true, shell);
   shell.loop().Watch(solver_.fd());
 
   Result<Done> ok = shell.ListenRaw(
@@ -142,7 +154,13 @@ bool BackendNode::Step(process::Shell& shell) {
 }
 
 void BackendNode::Stop(process::Shell& shell) {
-  CareForJournal(shell);  // the journal's destructor syncs the rest
+  if (!journal_ || journal_->grown() == 0) return;
+  // The next start then reads nothing but the map itself.
+  if (const auto written = journal_->Checkpoint(mapper_.map()); !written) {
+    shell.log().Write(shell.Now(), process::Severity::kError, "journal.checkpoint_failed",
+                      {{"what", written.error().message},
+                       {"action", "free space; what was recorded so far is safe"}});
+  }
 }
 
 }  // namespace gw::backend

@@ -19,7 +19,7 @@ namespace gw::backend {
 
 class BackendNode : public process::Node {
  public:
-  // map_directory: empty for a map that dies with the process.
+  // map_directory: empty for a map that dies with the process. It is opened by Start.
   static Result<std::unique_ptr<process::Node>> Create(const RobotConfig& config,
                                                        const std::string& map_directory);
 
@@ -28,13 +28,14 @@ class BackendNode : public process::Node {
   void Stop(process::Shell& shell) override;
 
  private:
-  BackendNode(Mapper mapper, std::optional<Journal> journal, std::vector<Keyframe> pending,
-              std::string load_report)
-      : mapper_(std::move(mapper)),
-        journal_(std::move(journal)),
-        pending_(std::move(pending)),
-        load_report_(std::move(load_report)) {}
+  BackendNode(const RobotConfig& config, const RectifiedCamera& camera, std::string map_directory,
+              Mapper mapper)
+      : config_(config),
+        camera_(camera),
+        map_directory_(std::move(map_directory)),
+        mapper_(std::move(mapper)) {}
 
+  Result<Done> OpenMap(process::Shell& shell);
   void TakeKeyframes(std::span<const uint8_t> message, process::Shell& shell);
   void Insert(const Keyframe& keyframe, bool journalled, process::Shell& shell);
   void Publish(const MapUpdate& update, process::Shell& shell);
@@ -42,10 +43,11 @@ class BackendNode : public process::Node {
   void Journalize(const Record& record, process::Shell& shell);
   void CareForJournal(process::Shell& shell);
 
+  RobotConfig config_;
+  RectifiedCamera camera_;
+  std::string map_directory_;
   Mapper mapper_;
   std::optional<Journal> journal_;
-  std::vector<Keyframe> pending_;  // of the journal: taken in when the process died
-  std::string load_report_;
   SolverThread solver_;
   bool dirty_ = false;  // keyframes came since the last job was cut
   std::optional<process::ReliableReceiver> keyframes_;

@@ -1,0 +1,73 @@
+#include "backend/core/map_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "backend/core/mapper.h"
+#include "backend/test/world.h"
+
+namespace gw::backend {
+namespace {
+
+// A map after a few keyframes with local BA.
+Map Driven(int keyframes) {
+  World world({.num_points = 600, .outlier_share = 0.02});
+  Mapper mapper = *Mapper::Create({}, {}, TestCamera());
+  for (int k = 0; k < keyframes; ++k) {
+    mapper.Insert(world.Make(k, mapper.map()));
+    if (const auto job = mapper.BuildJob()) mapper.Apply(SolveLocalBa(*job));
+  }
+  return mapper.map();
+}
+
+MapUpdate Next(const Map& map) {
+  MapUpdate update;
+  update.utime = map.newest_utime();
+  update.base_revision = map.revision();
+  update.revision = map.revision() + 1;
+  update.newest_keyframe = map.newest_keyframe();
+  return update;
+}
+
+TEST(CheckMap, FindsNothingInWhatTheMapperMade) {
+  const MapFaults faults = CheckMap(Driven(25));
+  EXPECT_EQ(faults.count, 0) << testing::PrintToString(faults.texts);
+}
+
+TEST(CheckMap, NamesALandmarkWithoutItsFeature) {
+  Map map = Driven(5);
+  MapUpdate update = Next(map);
+  update.landmarks.push_back(*map.FindLandmark(map.SortedLandmarkIds().front()));
+  update.landmarks.back().observations.back().feature_index = LandmarkId::kMaxFeatures - 1;
+  ASSERT_EQ(map.Apply(update), Map::Applied::kDone);
+  const MapFaults faults = CheckMap(map);
+  EXPECT_GT(faults.count, 0);
+  EXPECT_THAT(faults.texts, testing::Contains(testing::HasSubstr(
+                                "landmark " + std::to_string(update.landmarks[0].id.value))));
+}
+
+TEST(CheckMap, NamesAKeyframeFarOut) {
+  Map map = Driven(5);
+  map.SetPose({3}, SE3(Eigen::Quaterniond::Identity(), {1e9, 0, 0}));
+  EXPECT_THAT(CheckMap(map).texts, testing::ElementsAre(testing::HasSubstr("keyframe 3 is not")));
+}
+
+TEST(CheckMap, NamesALandmarkNobodySees) {
+  Map map = Driven(5);
+  map.AddLandmark(LandmarkId::From({5}, 9000));
+  EXPECT_THAT(CheckMap(map).texts,
+              testing::ElementsAre(testing::HasSubstr("is observed by no keyframe")));
+}
+
+TEST(CheckMap, CountsAllAndNamesTheFirst) {
+  Map map = Driven(5);
+  for (int i = 0; i < 100; ++i) map.AddLandmark(LandmarkId::From({5}, 9000 + i));
+  const MapFaults faults = CheckMap(map);
+  EXPECT_EQ(faults.count, 100);
+  EXPECT_EQ(faults.texts.size(), MapFaults::kMaxTexts);
+}
+
+}  // namespace
+}  // namespace gw::backend

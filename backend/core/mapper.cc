@@ -17,7 +17,7 @@ constexpr size_t kMaxMoves = 2000;  // more than a second's worth of local windo
 }  // namespace
 
 Result<Mapper> Mapper::Create(const BackendConfig& config, const FrontendConfig& frontend,
-                              const RectifiedCamera& camera, Map map) {
+                              const RectifiedCamera& camera, Map map, MapUse use) {
   if (!(camera.fx > 0 && camera.fy > 0 && camera.baseline_m > 0)) {
     return Error{ErrorCode::kBadConfig,
                  "calibration.camera: focal length and baseline must be > 0"};
@@ -32,7 +32,7 @@ Result<Mapper> Mapper::Create(const BackendConfig& config, const FrontendConfig&
     return Error{ErrorCode::kBadConfig,
                  "frontend.dr_weight: alpha_min must be > 0 and alpha_max >= alpha_min"};
   }
-  return Mapper(MappingContext::Make(config, frontend, camera), std::move(map));
+  return Mapper(MappingContext::Make(config, frontend, camera), std::move(map), use);
 }
 
 void Mapper::RememberMove(int64_t revision, KeyframeId id, const SE3& T_WC_before) {
@@ -87,6 +87,11 @@ void Mapper::TakeObservations(const Keyframe& keyframe) {
 
 InsertResult Mapper::Insert(const Keyframe& keyframe) {
   InsertResult out;
+  if (use_ == MapUse::kFrozen) {
+    out.status = InsertResult::Status::kFrozen;
+    return out;
+  }
+  const MapKeyframe* previous = map_.FindKeyframe(keyframe.previous);
   const KeyframeFault fault = CheckKeyframe(keyframe);
   if (fault != KeyframeFault::kNone) {
     out.reason = KeyframeFaultText(fault);
@@ -94,8 +99,9 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
     ++counters_.keyframes_duplicate;
     out.status = InsertResult::Status::kDuplicate;
     return out;
-  } else if (!map_.keyframes().empty() && keyframe.utime <= map_.newest_utime()) {
-    out.reason = "time is not after that of the newest keyframe";
+  } else if (previous != nullptr && keyframe.utime <= previous->frame.utime) {
+    // Only along the chain: another session may have another clock, or come from an older log.
+    out.reason = "time is not after that of the keyframe before it";
   }
   if (*out.reason != '\0') {
     ++counters_.keyframes_rejected;
@@ -124,6 +130,7 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
 }
 
 std::optional<LocalBaJob> Mapper::BuildJob() const {
+  if (use_ == MapUse::kFrozen) return std::nullopt;
   return CutLocalWindow(map_, context_);
 }
 
@@ -212,6 +219,7 @@ std::optional<MapUpdate> Mapper::Apply(const LocalBaResult& result) {
 
 MapUpdate Mapper::Snapshot(const std::optional<SE3>& T_WC_near) const {
   MapUpdate whole = map_.Snapshot();
+  whole.frozen = use_ == MapUse::kFrozen;
   if (!T_WC_near || whole.keyframes.size() <= kSnapshotKeyframes) return whole;
   std::vector<std::pair<double, KeyframeId>> by_distance;
   for (const auto& [id, keyframe] : map_.keyframes()) {

@@ -41,11 +41,17 @@ struct MapperCounters {
   int64_t local_ba_failed = 0;
 };
 
+enum class MapUse {
+  kGrow,
+  kFrozen,  // localise only: the map never changes
+};
+
 struct InsertResult {
   enum class Status {
     kInserted,   // `update` is set
     kDuplicate,  // already in the map (or older than its newest): acknowledge it again
     kRejected,   // cannot be used; `reason` says why. Acknowledge it too: a resend will not help
+    kFrozen,     // the map takes nothing in: acknowledge it
   };
   Status status = Status::kRejected;
   const char* reason = "";
@@ -56,11 +62,12 @@ class Mapper {
  public:
   // `map`: to go on with, for example from the journal. Error: kBadConfig.
   static Result<Mapper> Create(const BackendConfig& config, const FrontendConfig& frontend,
-                               const RectifiedCamera& camera, Map map = {});
+                               const RectifiedCamera& camera, Map map = {},
+                               MapUse use = MapUse::kGrow);
 
   InsertResult Insert(const Keyframe& keyframe);
 
-  // Empty while there is nothing to optimise (fewer than two keyframes).
+  // Empty while there is nothing to optimise (fewer than two keyframes, or frozen).
   std::optional<LocalBaJob> BuildJob() const;
   // Empty when the result is stale or not usable (counted).
   std::optional<MapUpdate> Apply(const LocalBaResult& result);
@@ -74,8 +81,8 @@ class Mapper {
   const MapperCounters& counters() const { return counters_; }
 
  private:
-  explicit Mapper(const MappingContext& context, Map map)
-      : context_(context), map_(std::move(map)) {}
+  Mapper(const MappingContext& context, Map map, MapUse use)
+      : context_(context), map_(std::move(map)), use_(use) {}
 
   SE3 CarriedPose(const Keyframe& keyframe) const;
   void TakeObservations(const Keyframe& keyframe);
@@ -83,6 +90,7 @@ class Mapper {
 
   MappingContext context_;
   Map map_;
+  MapUse use_;
   MapperCounters counters_;
   int64_t poses_moved_revision_ = 0;  // the last one in which keyframes moved
 

@@ -279,6 +279,32 @@ TEST(Mapper, AResendIsKnownAndChangesNothing) {
 
 // Keyframes with anything in them: taken in or refused, never a crash, and the replica still
 // agrees.
+TEST(Mapper, AFrozenMapTakesNothingInAndSaysSo) {
+  Drive drive({});
+  for (int k = 0; k < 5; ++k) ASSERT_NO_FATAL_FAILURE(drive.Step(k));
+  const uint64_t before = drive.mapper.map().Hash();
+  Mapper frozen = *Mapper::Create({}, {}, TestCamera(), drive.mapper.map(), MapUse::kFrozen);
+  const InsertResult result = frozen.Insert(drive.world.Make(5, frozen.map()));
+  EXPECT_EQ(result.status, InsertResult::Status::kFrozen);
+  EXPECT_FALSE(result.update);
+  EXPECT_FALSE(frozen.BuildJob());
+  EXPECT_TRUE(frozen.Snapshot(std::nullopt).frozen);
+  EXPECT_FALSE(drive.mapper.Snapshot(std::nullopt).frozen);
+  EXPECT_EQ(frozen.map().Hash(), before);
+}
+
+TEST(Mapper, AnotherSessionMayHaveAnEarlierClock) {
+  Drive drive({});
+  for (int k = 0; k < 5; ++k) ASSERT_NO_FATAL_FAILURE(drive.Step(k));
+  Keyframe keyframe = drive.world.Make(5, drive.mapper.map());
+  keyframe.utime = {1};
+  EXPECT_EQ(drive.mapper.Insert(keyframe).status, InsertResult::Status::kRejected)
+      << "time goes back along the chain";
+  keyframe.previous = {};
+  keyframe.dr.reset();
+  EXPECT_EQ(drive.mapper.Insert(keyframe).status, InsertResult::Status::kInserted);
+}
+
 TEST(Mapper, HostileKeyframesAreRefusedOrDefused) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();

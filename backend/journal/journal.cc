@@ -59,7 +59,14 @@ Journal::~Journal() {
   if (file_.valid() && oldest_unsynced_) fdatasync(file_.get());
 }
 
+// Makes the directory when it is missing, and takes its lock.
 Result<Done> Journal::Lock() {
+  std::error_code error;
+  fs::create_directories(directory_, error);
+  if (error) {
+    return Error{ErrorCode::kIo,
+                 "map journal: cannot make directory " + directory_ + ": " + error.message()};
+  }
   const std::string path = directory_ + "/lock";
   lock_ = process::FileHandle(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
   if (!lock_.valid()) return IoError("open", path);
@@ -87,11 +94,11 @@ Result<Done> Journal::Continue(const LoadedMap& loaded) {
 }
 
 // A new generation with what could be read. The damaged files are set aside once it is safe.
-Result<Done> Journal::StartAnew(const LoadedMap& loaded) {
+Result<Done> Journal::StartAnew(const LoadedMap& loaded, Utime now) {
   const auto started = WriteGeneration(loaded.map);
   if (!started) return started;
   for (const Keyframe& keyframe : loaded.pending) {
-    const auto appended = Append(keyframe, sessions_.back().begin);
+    const auto appended = Append(keyframe, now);
     if (!appended) return appended;
   }
   if (const auto synced = Sync(); !synced) return synced;
@@ -106,12 +113,6 @@ Result<Done> Journal::StartAnew(const LoadedMap& loaded) {
 
 Result<Journal> Journal::Open(const std::string& directory, const JournalOptions& options,
                               MapSession session, LoadedMap& loaded) {
-  std::error_code error;
-  fs::create_directories(directory, error);
-  if (error) {
-    return Error{ErrorCode::kIo,
-                 "map journal: cannot make directory " + directory + ": " + error.message()};
-  }
   Journal out;
   out.directory_ = directory;
   out.options_ = options;
@@ -119,14 +120,8 @@ Result<Journal> Journal::Open(const std::string& directory, const JournalOptions
   auto content = LoadMap(directory);
   if (!content) return content.error();
   loaded = std::move(*content);
-  if (!loaded.sessions.empty()) {
-    const std::string differs = Difference(loaded.sessions.back().source, session.source);
-    if (!differs.empty()) {
-      return Error{ErrorCode::kBadConfig, "map journal: " + directory +
-                                              " was made with another camera: " + differs +
-                                              ". Use the robot YAML of the map, or another folder"};
-    }
-  }
+  const auto checked = CheckSource(directory, loaded, session.source);
+  if (!checked) return checked.error();
   unlink((directory + kTemporary).c_str());  // of a process killed while it wrote a checkpoint
   const KeyframeId newest =
       loaded.pending.empty() ? loaded.map.newest_keyframe() : loaded.pending.back().id;
@@ -135,9 +130,28 @@ Result<Journal> Journal::Open(const std::string& directory, const JournalOptions
   out.sessions_ = loaded.sessions;
   out.generation_ = loaded.newest_generation;
   const bool whole = loaded.generation > 0 && loaded.damage.empty();
-  const auto begun = whole ? out.Continue(loaded) : out.StartAnew(loaded);
+  const auto begun = whole ? out.Continue(loaded) : out.StartAnew(loaded, session.begin);
   if (!begun) return begun.error();
   return out;
+}
+
+size_t CheckpointBytes(const Map& map) {
+  size_t bytes = kFileMagic.size() + wire::Encode(map.Snapshot()).size() + sizeof(uint64_t);
+  for (const auto& [id, keyframe] : map.keyframes()) bytes += wire::Encode(keyframe.frame).size();
+  return bytes + (map.keyframes().size() + 2) * kRecordHeaderBytes;
+}
+
+Result<Done> SaveMap(const std::string& directory, const LoadedMap& content) {
+  Journal journal;
+  journal.directory_ = directory;
+  if (const auto locked = journal.Lock(); !locked) return locked;
+  if (!Generations(directory).empty()) {
+    return Error{ErrorCode::kIo, "map: " + directory + " holds a map already; name another folder"};
+  }
+  journal.sessions_ = content.sessions;
+  LoadedMap undamaged = content;
+  undamaged.damaged_files.clear();
+  return journal.StartAnew(undamaged, {});
 }
 
 Result<Done> Journal::Fail(const std::string& what) {

@@ -32,11 +32,18 @@
 
 namespace gw::backend {
 
+// Size of a checkpoint of the map, but for its sessions.
+size_t CheckpointBytes(const Map& map);
+
 struct JournalOptions {
   DurationUs sync_interval = Milliseconds(200);  // longest time that a record stays unsynced
   // A checkpoint is due when this much, and as much as the last checkpoint, was appended since.
   size_t min_bytes_between_checkpoints = size_t{16} << 20;
 };
+
+// Writes what was loaded, or made, into a directory of its own, as a map with one generation.
+// Errors: kIo when it cannot be written, or the directory holds a map already.
+Result<Done> SaveMap(const std::string& directory, const LoadedMap& content);
 
 class Journal {
  public:
@@ -75,9 +82,11 @@ class Journal {
 
  private:
   Journal() = default;
+  friend Result<Done> SaveMap(const std::string& directory, const LoadedMap& content);
+
   Result<Done> Lock();
   Result<Done> Continue(const LoadedMap& loaded);
-  Result<Done> StartAnew(const LoadedMap& loaded);
+  Result<Done> StartAnew(const LoadedMap& loaded, Utime now);
   Result<Done> AppendBytes(const std::vector<uint8_t>& bytes, Utime now);
   Result<Done> Sync();
   Result<Done> WriteGeneration(const Map& map);

@@ -23,10 +23,9 @@ namespace {
 namespace fs = std::filesystem;
 
 MapSession TestSession() {
-  return {.begin = {1'000'000},
-          .first_keyframe = {1},
-          .source = MakeFeatureSource(TestCamera(), OrbConfig()),
-          .version = "test"};
+  MapSession session = MakeSession({1'000'000}, TestCamera(), OrbConfig());
+  session.version = "test";
+  return session;
 }
 
 class JournalTest : public testing::Test {

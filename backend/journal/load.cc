@@ -276,4 +276,25 @@ Result<LoadedMap> LoadMap(const std::string& directory) {
                                         "a new map"};
 }
 
+Result<Done> CheckSource(const std::string& directory, const LoadedMap& loaded,
+                         const FeatureSource& source) {
+  if (loaded.sessions.empty()) return Done{};
+  const std::string differs = Difference(loaded.sessions.back().source, source);
+  if (differs.empty()) return Done{};
+  return Error{ErrorCode::kBadConfig, "map: " + directory +
+                                          " was made with another camera: " + differs +
+                                          ". Use the robot YAML of the map, or another folder"};
+}
+
+Result<LoadedMap> LoadMapFor(const std::string& directory, const FeatureSource& source) {
+  auto loaded = LoadMap(directory);
+  if (!loaded) return loaded;
+  if (loaded->generation == 0) {
+    return Error{ErrorCode::kNotFound, "map: " + directory + " holds no map"};
+  }
+  const auto checked = CheckSource(directory, *loaded, source);
+  if (!checked) return checked.error();
+  return loaded;
+}
+
 }  // namespace gw::backend

@@ -38,6 +38,13 @@ struct LoadedMap {
 // the newest is of another format version.
 Result<LoadedMap> LoadMap(const std::string& directory);
 
+// The same, for use with features of `source`. Further errors: kBadConfig when the map was made
+// with another camera or pyramid, kNotFound when there is none.
+Result<LoadedMap> LoadMapFor(const std::string& directory, const FeatureSource& source);
+// Done, or the error kBadConfig of LoadMapFor. An empty map takes any source.
+Result<Done> CheckSource(const std::string& directory, const LoadedMap& loaded,
+                         const FeatureSource& source);
+
 // Generations in the directory, newest first.
 std::vector<int64_t> Generations(const std::string& directory);
 std::string GenerationPath(const std::string& directory, int64_t generation);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/core/format.h"
+#include "common/core/version.h"
 #include "lcmtypes/wire/archive.h"
 
 namespace gw::wire {
@@ -22,24 +23,13 @@ static void Fields(A& a, typename A::template Of<backend::MapSession>& m) {
   }
   a.Int32("num_levels", m.source.num_levels, 1, 32);
   a.Real("scale_factor", m.source.scale_factor);
+  Transform(a, "T_BC", m.T_BC);
   a.Text("version", m.version);
 }
 
 }  // namespace gw::wire
 
 namespace gw::backend {
-
-FeatureSource MakeFeatureSource(const RectifiedCamera& camera, const OrbConfig& orb) {
-  return {.width = camera.width,
-          .height = camera.height,
-          .fx = camera.fx,
-          .fy = camera.fy,
-          .cx = camera.cx,
-          .cy = camera.cy,
-          .baseline_m = camera.baseline_m,
-          .num_levels = orb.num_levels,
-          .scale_factor = orb.scale_factor};
-}
 
 std::string Difference(const FeatureSource& map, const FeatureSource& now) {
   constexpr double kTolerance = 1e-6;
@@ -59,6 +49,22 @@ std::string Difference(const FeatureSource& map, const FeatureSource& now) {
   compare("orb.num_levels", map.num_levels, now.num_levels);
   compare("orb.scale_factor", map.scale_factor, now.scale_factor);
   return out;
+}
+
+MapSession MakeSession(Utime begin, const RectifiedCamera& camera, const OrbConfig& orb) {
+  return {.begin = begin,
+          .first_keyframe = {1},
+          .source = {.width = camera.width,
+                     .height = camera.height,
+                     .fx = camera.fx,
+                     .fy = camera.fy,
+                     .cx = camera.cx,
+                     .cy = camera.cy,
+                     .baseline_m = camera.baseline_m,
+                     .num_levels = orb.num_levels,
+                     .scale_factor = orb.scale_factor},
+          .T_BC = camera.T_BC,
+          .version = Version()};
 }
 
 wire::Bytes Encode(const MapSession& session) {

@@ -21,8 +21,6 @@ struct FeatureSource {
   double scale_factor = 0;
 };
 
-FeatureSource MakeFeatureSource(const RectifiedCamera& camera, const OrbConfig& orb);
-
 // Empty when features of both can live in one map; else what differs, with both values. Intrinsics
 // may differ by 1e-6 of their value (a configuration written and read again).
 std::string Difference(const FeatureSource& map, const FeatureSource& now);
@@ -31,8 +29,12 @@ struct MapSession {
   Utime begin;                // clock of the process; of a log: time of its first event
   KeyframeId first_keyframe;  // ids from here on are this session's (up to the next session's)
   FeatureSource source;
+  SE3 T_BC;             // rectified left camera in the body, as calibrated then
   std::string version;  // of the program
 };
+
+// A session of this program that begins now; Journal::Open and SaveMap set its first_keyframe.
+MapSession MakeSession(Utime begin, const RectifiedCamera& camera, const OrbConfig& orb);
 
 wire::Bytes Encode(const MapSession& session);
 // Error kBadData: the field and the rule.

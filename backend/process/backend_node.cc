@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "common/camera/camera_model.h"
-#include "common/core/version.h"
 #include "lcmtypes/wire/channels.h"
 
 namespace gw::backend {
@@ -14,26 +13,34 @@ constexpr DurationUs kJournalRetry = Milliseconds(5000);
 }  // namespace
 
 Result<std::unique_ptr<process::Node>> BackendNode::Create(const RobotConfig& config,
-                                                           const std::string& map_directory) {
+                                                           const std::string& map_directory,
+                                                           MapUse use) {
+  if (use == MapUse::kFrozen && map_directory.empty()) {
+    return Error{ErrorCode::kInvalidArgument, "--localize-only needs --map DIR, the map to use"};
+  }
   const auto geometry = MakeCameraGeometry(config.calibration);
   if (!geometry) return geometry.error();
   auto mapper = Mapper::Create(config.backend, config.frontend, geometry->rectified);
   if (!mapper) return mapper.error();
   return std::unique_ptr<process::Node>(
-      new BackendNode(config, geometry->rectified, map_directory, std::move(*mapper)));
+      new BackendNode(config, geometry->rectified, map_directory, use, std::move(*mapper)));
 }
 
 Result<Done> BackendNode::OpenMap(process::Shell& shell) {
+  const MapSession session = MakeSession(shell.Now(), camera_, config_.frontend.orb);
   LoadedMap loaded;
-  const JournalOptions options{.sync_interval = Milliseconds(config_.backend.journal_sync_ms)};
-  const MapSession session{.begin = shell.Now(),
-                           .first_keyframe = {},
-                           .source = MakeFeatureSource(camera_, config_.frontend.orb),
-                           .version = Version()};
-  auto journal = Journal::Open(map_directory_, options, session, loaded);
-  if (!journal) return journal.error();
-  journal_ = std::move(*journal);
-  auto mapper = Mapper::Create(config_.backend, config_.frontend, camera_, std::move(loaded.map));
+  if (use_ == MapUse::kFrozen) {
+    auto read = LoadMapFor(map_directory_, session.source);
+    if (!read) return read.error();
+    loaded = std::move(*read);
+  } else {
+    const JournalOptions options{.sync_interval = Milliseconds(config_.backend.journal_sync_ms)};
+    auto journal = Journal::Open(map_directory_, options, session, loaded);
+    if (!journal) return journal.error();
+    journal_ = std::move(*journal);
+  }
+  auto mapper =
+      Mapper::Create(config_.backend, config_.frontend, camera_, std::move(loaded.map), use_);
   if (!mapper) return mapper.error();
   mapper_ = std::move(*mapper);
   if (!loaded.damage.empty()) {
@@ -92,6 +99,9 @@ void BackendNode::Insert(const Keyframe& keyframe, bool journalled, process::She
       shell.log().Write(
           shell.Now(), process::Severity::kWarning, "keyframe.rejected",
           {{"why", result.reason}, {"action", "check that all processes use one robot YAML"}});
+      return;
+    case InsertResult::Status::kFrozen:
+      shell.health().Count("KEYFRAME.frozen");
       return;
     case InsertResult::Status::kInserted:
       break;

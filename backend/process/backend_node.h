@@ -2,6 +2,8 @@
 //
 // A keyframe is acknowledged once it is in the journal. When the journal fails (full disk), mapping
 // goes on without it, HEALTH says so, and a checkpoint is tried again every kJournalRetry.
+// Localise only: the map is read and never changed; keyframes are acknowledged and dropped, and the
+// front-end is told to make none.
 #pragma once
 
 #include <memory>
@@ -20,8 +22,10 @@ namespace gw::backend {
 class BackendNode : public process::Node {
  public:
   // map_directory: empty for a map that dies with the process. It is opened by Start.
+  // Error kInvalidArgument: kFrozen without a directory.
   static Result<std::unique_ptr<process::Node>> Create(const RobotConfig& config,
-                                                       const std::string& map_directory);
+                                                       const std::string& map_directory,
+                                                       MapUse use);
 
   Result<Done> Start(process::Shell& shell) override;
   bool Step(process::Shell& shell) override;
@@ -29,10 +33,11 @@ class BackendNode : public process::Node {
 
  private:
   BackendNode(const RobotConfig& config, const RectifiedCamera& camera, std::string map_directory,
-              Mapper mapper)
+              MapUse use, Mapper mapper)
       : config_(config),
         camera_(camera),
         map_directory_(std::move(map_directory)),
+        use_(use),
         mapper_(std::move(mapper)) {}
 
   Result<Done> OpenMap(process::Shell& shell);
@@ -46,6 +51,7 @@ class BackendNode : public process::Node {
   RobotConfig config_;
   RectifiedCamera camera_;
   std::string map_directory_;
+  MapUse use_;
   Mapper mapper_;
   std::optional<Journal> journal_;
   SolverThread solver_;

@@ -108,6 +108,7 @@ struct MapUpdate {
   int64_t revision = 0;
   int64_t base_revision = 0;
   bool snapshot = false;       // replaces everything the receiver had; base_revision is then 0
+  bool frozen = false;         // of a snapshot: the back-end takes in no keyframes, make none
   KeyframeId newest_keyframe;  // newest inserted; ids up to here are taken
   std::vector<KeyframeUpdate> keyframes;
   std::vector<KeyframeRemoval> removed_keyframes;

@@ -83,7 +83,8 @@ class Tracker::Impl {
   MotionModel motion_;
   FeatureFrame frame_;
 
-  bool map_known_ = false;  // a snapshot has come
+  bool map_known_ = false;   // a snapshot has come
+  bool map_frozen_ = false;  // the back-end takes in no keyframes: none are made
   bool has_image_ = false;
   bool placed_ = false;  // the pose refers to the map, not only to the start of this process
   Utime utime_;          // of the last image
@@ -339,7 +340,9 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   hint_.reset();
 
   bool keyframe = false;
-  if (map_known_ && map_.empty()) {
+  if (map_frozen_) {
+    // Localise only.
+  } else if (map_known_ && map_.empty()) {
     const auto with_depth = std::count_if(frame->features.begin(), frame->features.end(),
                                           [](const Feature& f) { return f.has_depth(); });
     keyframe = with_depth >= kMinInitialLandmarks;
@@ -360,7 +363,10 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
 bool Tracker::Impl::Push(const MapUpdate& update) {
   const auto T_WK_before = map_.KeyframePose(reference_);
   if (!map_.Apply(update)) return false;
-  if (update.snapshot) map_known_ = true;
+  if (update.snapshot) {
+    map_known_ = true;
+    map_frozen_ = update.frozen;
+  }
   next_keyframe_.value = std::max(next_keyframe_.value, update.newest_keyframe.value + 1);
 
   // The pose follows the keyframe it is expressed in.

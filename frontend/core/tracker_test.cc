@@ -226,6 +226,18 @@ TEST(Tracker, WaitsForTheMapBeforeItBeginsOne) {
   EXPECT_EQ(next.keyframe->id.value, 42);
 }
 
+TEST(Tracker, MakesNoKeyframeOfAFrozenMap) {
+  const World world;
+  Tracker tracker = *Tracker::Create({}, world.geometry());
+  MapUpdate frozen;
+  frozen.snapshot = frozen.frozen = true;
+  EXPECT_TRUE(tracker.Push(frozen));
+  EXPECT_FALSE(tracker.Track({0}, 1, world.See(SE3(), 0, false)).keyframe);
+  frozen.frozen = false;
+  EXPECT_TRUE(tracker.Push(frozen));
+  EXPECT_TRUE(tracker.Track({kFrameUs}, 2, world.See(SE3(), 1, false)).keyframe);
+}
+
 TEST(Tracker, RefusesAMapUpdateWithAGap) {
   const World world;
   Tracker tracker = *Tracker::Create({}, world.geometry());

@@ -140,6 +140,7 @@ static void Fields(A& a, typename A::template Of<MapUpdate>& m) {
   a.Rule("base_revision", "after revision", m.base_revision <= m.revision);
   a.Bool("snapshot", m.snapshot);
   a.Rule("base_revision", "not 0 in a snapshot", !m.snapshot || m.base_revision == 0);
+  a.Bool("frozen", m.frozen);
   Id(a, "newest_keyframe_id", m.newest_keyframe, false);
   a.List("keyframes", m.keyframes, kMaxCount, kKeyframeUpdateBytes,
          [](A& each, typename A::template Of<KeyframeUpdate>& keyframe) {

@@ -156,6 +156,7 @@ class RandomMessages {
     m.revision = Big();
     m.snapshot = Bool();
     m.base_revision = m.snapshot ? 0 : m.revision / 2;
+    m.frozen = Bool();
     m.newest_keyframe = Keyframe();
     for (int i = Count(5); i > 0; --i) m.keyframes.push_back({Keyframe(), Time(), Pose()});
     for (int i = Count(5); i > 0; --i)

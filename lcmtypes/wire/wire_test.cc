@@ -221,6 +221,7 @@ void ExpectSame(const gw_lcm::map_update_t& g, const MapUpdate& m) {
   EXPECT_EQ(g.revision, m.revision);
   EXPECT_EQ(g.base_revision, m.base_revision);
   EXPECT_EQ(g.snapshot, m.snapshot);
+  EXPECT_EQ(g.frozen, m.frozen);
   EXPECT_EQ(g.newest_keyframe_id, m.newest_keyframe.value);
   ASSERT_EQ(g.keyframes.size(), m.keyframes.size());
   for (size_t i = 0; i < m.keyframes.size(); ++i) {

@@ -1,0 +1,31 @@
+// A map for other programs. All poses and points are in W.
+#pragma once
+
+#include <string>
+
+#include "backend/journal/load.h"
+
+namespace gw::tools {
+
+// ASCII PLY: landmarks grey, the keyframes' body positions red, and an edge from each keyframe to
+// the one after it in time (of the same session).
+std::string PlyText(const backend::LoadedMap& loaded);
+
+// g2o pose graph of the rectified left camera: VERTEX_SE3:QUAT by keyframe id, and EDGE_SE3:QUAT
+//  - for each DR increment, with the measured motion and the information alpha * inv(cov) that
+//    mapping uses (nominal DR noise as in the paper; alpha 1 where local BA has not set it),
+//  - for each pair with at least min_shared common landmarks, with the motion between the present
+//    poses; its information is the number of these landmarks times identity, a weight and not a
+//    measured one.
+// The rotation part of g2o's error is the vector part of a quaternion, half the angle: information
+// in radians is scaled by 4 (2 for the mixed blocks).
+std::string G2oText(const backend::LoadedMap& loaded, int min_shared);
+
+struct TumKeyframes {
+  std::string text;
+  int64_t left_out = 0;  // keyframes at the very time of a newer one: TUM files have one per time
+};
+// `t tx ty tz qx qy qz qw` of the body, in order of time.
+TumKeyframes TumText(const backend::LoadedMap& loaded);
+
+}  // namespace gw::tools

@@ -5,103 +5,16 @@ kill -9 of any of them costs no more than the architecture promises.
 usage: replay_test.py BIN_DIR DATA_DIR WORK_DIR
 Prints what it measured. Exit 0 ok, 1 failed, 77 skipped (says why).
 """
-import csv
 import math
 import os
 import shutil
-import signal
 import statistics
 import subprocess
 import sys
-import time
 
-SKIP = 77
-NEEDED_RMEM = 4 << 20
+from live_system import System, ape, enter_private_network, player, rows, skip
+
 TRACKED = ("2", "3")  # status of FRAME_POSE: tracking, degraded
-URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=8388608"
-
-
-def skip(why):
-    print("skipped:", why)
-    sys.exit(SKIP)
-
-
-def enter_private_network():
-    """Re-executes this script in a network namespace of its own, with multicast on its loopback."""
-    if os.environ.get("GW_PRIVATE_NETWORK"):
-        return
-    with open("/proc/sys/net/core/rmem_max") as f:
-        rmem = int(f.read())
-    if rmem < NEEDED_RMEM:
-        try:
-            with open("/proc/sys/net/core/rmem_max", "w") as f:
-                f.write(str(16 << 20))
-        except OSError:
-            skip(f"net.core.rmem_max is {rmem}: images would get lost; sysctl -w net.core.rmem_max=16777216")
-    setup = ("ip link set lo up multicast on && ip route add 239.255.76.67/32 dev lo && "
-             "GW_PRIVATE_NETWORK=1 exec \"$@\"")
-    command = ["unshare", "-rn", "sh", "-c", setup, "sh", sys.executable] + sys.argv
-    if subprocess.run(["unshare", "-rn", "true"], stderr=subprocess.DEVNULL).returncode != 0:
-        skip("unshare -rn is not allowed here")
-    sys.exit(subprocess.run(command).returncode)
-
-
-class System:
-    """The processes, the player and the monitor."""
-
-    def __init__(self, bin_dir, config, out):
-        self.bin, self.config, self.out = bin_dir, config, out
-        shutil.rmtree(out, ignore_errors=True)
-        os.makedirs(out)
-        self.processes = {}
-        self.monitor = subprocess.Popen([f"{bin_dir}/gw-monitor", "--lcm-url", URL, "--out", out],
-                                        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        for name in ("gw-backend", "gw-dr-ekf", "gw-frontend"):
-            self.start(name)
-        time.sleep(2)  # LCM's subscribers test multicast on themselves first
-
-    def start(self, name):
-        extra = ["--map", f"{self.out}/map"] if name == "gw-backend" else []
-        self.processes[name] = subprocess.Popen(
-            [f"{self.bin}/{name}", "--config", self.config, "--lcm-url", URL] + extra,
-            stderr=open(f"{self.out}/{name}.err", "a"))
-
-    def play(self, log, kill=None, at_s=4.0, down_s=0.1):
-        """Plays the log; kills one process on the way and starts it again down_s later, as its service does.
-        Wall time of the new start, us."""
-        player = subprocess.Popen(["lcm-logplayer", "--lcm-url=" + URL, "--regexp=^(CAMERA|DR)$", log],
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        restarted = None
-        if kill:
-            time.sleep(at_s)
-            self.processes[kill].send_signal(signal.SIGKILL)
-            self.processes[kill].wait()
-            time.sleep(down_s)
-            restarted = clock_us()
-            self.start(kill)
-        player.wait()
-        time.sleep(1)
-        return restarted
-
-    def stop(self):
-        """Ends everything; gives the exit codes and the monitor's line."""
-        codes = {}
-        for name, process in self.processes.items():
-            process.send_signal(signal.SIGTERM)
-        for name, process in self.processes.items():
-            codes[name] = process.wait(timeout=10)
-        self.monitor.send_signal(signal.SIGINT)
-        summary = self.monitor.communicate(timeout=10)[0]
-        return codes, summary.strip()
-
-
-def clock_us():
-    return int(time.time() * 1e6)
-
-
-def rows(path):
-    with open(path) as f:
-        return list(csv.DictReader(f))
 
 
 def rejoin_s(kill, restarted, out, frames, poses):
@@ -119,7 +32,7 @@ def rejoin_s(kill, restarted, out, frames, poses):
 
 def run(bin_dir, log, config, out, kill=None):
     system = System(bin_dir, config, out)
-    restarted = system.play(log, kill)
+    restarted = system.play_and_kill(player(log, "CAMERA|DR"), kill)
     codes, summary = system.stop()
     frames, poses = rows(f"{out}/frames.csv"), rows(f"{out}/pose_times.csv")
     gaps = [int(b["utime"]) - int(a["utime"]) for a, b in zip(poses, poses[1:])]
@@ -132,11 +45,6 @@ def run(bin_dir, log, config, out, kill=None):
     print(f"  exit codes {codes}, largest gap of POSE {result['pose_gap_s']:.3f} s (DR period "
           f"{result['dr_period_s']:.3f} s), back at work {result['rejoin_s']:.3f} s after the new start")
     return result
-
-
-def ape(bin_dir, truth, estimate):
-    out = subprocess.run([f"{bin_dir}/gw-eval", "--ref", truth, "--est", estimate], capture_output=True, text=True)
-    return next(float(line.split()[3]) for line in out.stdout.splitlines() if line.startswith("APE translation"))
 
 
 def main():

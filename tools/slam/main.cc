@@ -10,12 +10,13 @@
 #include <iostream>
 #include <string>
 
+#include "backend/journal/journal.h"
 #include "common/config/loader.h"
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
 #include "lcmtypes/wire/channels.h"
 #include "tools/files/text_file.h"
-#include "tools/slam/run_log.h"
+#include "tools/slam/laps.h"
 #include "tools/slam/slam_output.h"
 #include "tools/slam/slam_session.h"
 #include "tools/slam/variant.h"
@@ -30,6 +31,10 @@ struct Arguments {
   std::string variant;
   std::string frame = "body";
   std::string timing;
+  std::string map_in;
+  std::string map_out;
+  bool localize_only = false;
+  int laps = 1;
   int seed = 0;
 };
 
@@ -55,14 +60,12 @@ class Stopwatch {
     }
     event_ = now;
   }
-  void Progress(int64_t position, int64_t size) {
+  void Progress(double done) {
     const auto now = std::chrono::steady_clock::now();
     if (now - last_ < std::chrono::seconds(2)) return;
     last_ = now;
-    std::fprintf(
-        stderr, "gw-slam: %3.0f %% of the log, %zu images\n",
-        100.0 * static_cast<double>(position) / static_cast<double>(std::max<int64_t>(size, 1)),
-        milliseconds_.size());
+    std::fprintf(stderr, "gw-slam: %3.0f %% done, %zu images\n", 100.0 * done,
+                 milliseconds_.size());
   }
   void Print() {
     if (milliseconds_.empty()) return;
@@ -86,6 +89,25 @@ class Stopwatch {
   std::chrono::steady_clock::time_point event_ = last_;
 };
 
+// What --map-in holds; and that --map-out can take a map, before the work is done.
+Result<backend::LoadedMap> OpenMaps(const Arguments& arguments,
+                                    const backend::FeatureSource& source) {
+  if (arguments.localize_only && (arguments.map_in.empty() || !arguments.map_out.empty())) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--localize-only needs --map-in DIR and makes nothing for --map-out"};
+  }
+  if (!arguments.map_out.empty() && !backend::Generations(arguments.map_out).empty()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--map-out " + arguments.map_out + " holds a map already; name another folder"};
+  }
+  if (arguments.map_in.empty()) return backend::LoadedMap();
+  auto loaded = backend::LoadMapFor(arguments.map_in, source);
+  if (loaded && !loaded->damage.empty()) {
+    std::fprintf(stderr, "gw-slam: warning: %s\n", loaded->damage.c_str());
+  }
+  return loaded;
+}
+
 int Run(const Arguments& arguments) {
   Result<RobotConfig> config = LoadRobotConfig(arguments.config);
   if (!config) return Fail(config.error());
@@ -93,19 +115,24 @@ int Run(const Arguments& arguments) {
     const auto applied = ApplyVariant(arguments.variant, &config->frontend);
     if (!applied) return Fail(applied.error());
   }
-  auto session = SlamSession::Create(*config);
+  const auto geometry = MakeCameraGeometry(config->calibration);
+  if (!geometry) return Fail(geometry.error());
+  backend::MapSession own = backend::MakeSession({}, geometry->rectified, config->frontend.orb);
+  auto maps = OpenMaps(arguments, own.source);
+  if (!maps) return Fail(maps.error());
+  auto session = SlamSession::Create(
+      *config, {std::move(maps->map), std::move(maps->pending),
+                arguments.localize_only ? backend::MapUse::kFrozen : backend::MapUse::kGrow});
   if (!session) return Fail(session.error());
-  auto log = process::EventLogReader::Open(arguments.log);
-  if (!log) return Fail(log.error());
 
   if (!arguments.timing.empty()) session->MeasureTracking(SteadyMicroseconds);
   Stopwatch stopwatch;
-  const auto done = RunLog(*log, {.seed = arguments.seed, .span = {}}, &*session,
-                           [&](const process::LogEvent& event) {
-                             stopwatch.Event(event.channel == wire::kCamera);
-                             stopwatch.Progress(log->position(), log->size());
-                           });
-  if (!done) return Fail(done.error());
+  auto laps = RunLaps(arguments.log, arguments.laps, {.seed = arguments.seed, .span = {}},
+                      &*session, [&](const process::LogEvent& event, double done) {
+                        stopwatch.Event(event.channel == wire::kCamera);
+                        stopwatch.Progress(done);
+                      });
+  if (!laps) return Fail(laps.error());
   stopwatch.Print();
 
   RunDescription run;
@@ -113,12 +140,11 @@ int Run(const Arguments& arguments) {
   run.variant = VariantName(config->frontend.variant);
   run.seed = arguments.seed;
   run.frame = arguments.frame == "camera" ? OutputFrame::kCamera : OutputFrame::kBody;
-  run.skipped_bytes = log->skipped_bytes();
-  run.truncated = log->truncated();
-  if (run.skipped_bytes > 0 || run.truncated) {
+  run.laps = std::move(*laps);
+  if (run.laps.log.skipped_bytes > 0 || run.laps.log.truncated) {
     std::fprintf(stderr, "gw-slam: %s is damaged: %lld bytes skipped%s; see gw-log check\n",
-                 arguments.log.c_str(), static_cast<long long>(run.skipped_bytes),
-                 run.truncated ? ", last event cut off" : "");
+                 arguments.log.c_str(), static_cast<long long>(run.laps.log.skipped_bytes),
+                 run.laps.log.truncated ? ", last event cut off" : "");
   }
   if (session->frames().empty()) {
     return Fail({ErrorCode::kBadData,
@@ -129,6 +155,16 @@ int Run(const Arguments& arguments) {
   if (!arguments.timing.empty()) {
     const auto timing = WriteTextFile(arguments.timing, TimingTable(*session));
     if (!timing) return Fail(timing.error());
+  }
+  if (!arguments.map_out.empty()) {
+    own.begin = session->frames().front().utime;
+    own.first_keyframe = {session->newest_before().value + 1};
+    backend::LoadedMap content;
+    content.map = session->mapper().map();
+    content.sessions = std::move(maps->sessions);
+    content.sessions.push_back(own);
+    const auto saved = backend::SaveMap(arguments.map_out, content);
+    if (!saved) return Fail(saved.error());
   }
   return kExitOk;
 }
@@ -152,6 +188,13 @@ int main(int argc, char** argv) {
   app.add_option("--seed", arguments.seed,
                  "perturbs the start: the first 3 * SEED images are dropped (default 0: none)")
       ->check(CLI::Range(0, 1000));
+  app.add_option("--laps", arguments.laps,
+                 "the log so many times in one run, the map kept (default 1)")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--map-in", arguments.map_in, "begin with the map in this folder");
+  app.add_option("--map-out", arguments.map_out, "write the map of the end into this new folder");
+  app.add_flag("--localize-only", arguments.localize_only,
+               "never change the map of --map-in: no keyframes are made");
   app.add_option("--timing", arguments.timing,
                  "write the front-end's time per image to this CSV file; differs between runs");
   app.add_option("--frame", arguments.frame, "pose in the trajectories: body or camera")

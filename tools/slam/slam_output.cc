@@ -1,5 +1,6 @@
 #include "tools/slam/slam_output.h"
 
+#include <algorithm>
 #include <array>
 #include <cinttypes>
 #include <cstdio>
@@ -75,6 +76,17 @@ constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus:
                                   TrackingStatus::kDegraded,     TrackingStatus::kDrOnly,
                                   TrackingStatus::kRecovering,   TrackingStatus::kLost};
 
+std::string StatusCounts(const std::vector<FramePose>& frames, size_t begin, size_t end) {
+  std::string out = "{";
+  for (const TrackingStatus status : kStatuses) {
+    const auto n = std::count_if(frames.begin() + static_cast<std::ptrdiff_t>(begin),
+                                 frames.begin() + static_cast<std::ptrdiff_t>(end),
+                                 [&](const FramePose& f) { return f.status == status; });
+    out += Format("%s\"%s\": %td", out.size() == 1 ? "" : ", ", StatusName(status), n);
+  }
+  return out + "}";
+}
+
 std::string Report(const RobotConfig& config, const RunDescription& run,
                    const SlamSession& session) {
   std::ostringstream out;
@@ -85,14 +97,10 @@ std::string Report(const RobotConfig& config, const RunDescription& run,
   out << "  \"variant\": \"" << run.variant << "\",\n  \"seed\": " << run.seed << ",\n";
   out << "  \"frame\": \"" << (run.frame == OutputFrame::kBody ? "body" : "camera") << "\",\n";
   out << "  \"dr_synthetic\": " << (session.dr_synthetic() ? "true" : "false") << ",\n";
-  out << "  \"images\": " << session.counters().images << ",\n  \"poses\": {";
-  for (size_t i = 0; i < kStatuses.size(); ++i) {
-    int64_t n = 0;
-    for (const FramePose& f : session.frames()) n += f.status == kStatuses[i];
-    out << (i == 0 ? "" : ", ") << '"' << StatusName(kStatuses[i]) << "\": " << n;
-  }
-  out << "},\n  \"log_skipped_bytes\": " << run.skipped_bytes
-      << ",\n  \"log_truncated\": " << (run.truncated ? "true" : "false")
+  out << "  \"images\": " << session.counters().images
+      << ",\n  \"poses\": " << StatusCounts(session.frames(), 0, session.frames().size());
+  out << ",\n  \"log_skipped_bytes\": " << run.laps.log.skipped_bytes
+      << ",\n  \"log_truncated\": " << (run.laps.log.truncated ? "true" : "false")
       << ",\n  \"messages_undecodable\": " << session.counters().undecodable
       << ",\n  \"dr_refused\": " << session.counters().dr_refused
       << ",\n  \"map_gaps\": " << session.counters().map_gaps
@@ -107,8 +115,40 @@ std::string Report(const RobotConfig& config, const RunDescription& run,
       << ", \"landmarks_merged\": " << map.landmarks_merged
       << ", \"landmarks_culled\": " << map.landmarks_culled
       << ", \"local_ba_applied\": " << map.local_ba_applied
-      << ", \"local_ba_failed\": " << map.local_ba_failed << "}\n}\n";
+      << ", \"local_ba_failed\": " << map.local_ba_failed << "},\n  \"laps\": [";
+  for (const Lap& lap : run.laps.laps) {
+    out << (&lap == run.laps.laps.data() ? "\n" : ",\n")
+        << "    {\"images\": " << lap.frames_end - lap.frames_begin
+        << ", \"poses\": " << StatusCounts(session.frames(), lap.frames_begin, lap.frames_end)
+        << ", \"keyframes_inserted\": " << lap.keyframes_inserted
+        << ", \"keyframes\": " << lap.keyframes << ", \"landmarks\": " << lap.landmarks
+        << ", \"revision\": " << lap.revision << "}";
+  }
+  out << "\n  ]\n}\n";
   return out.str();
+}
+
+// In times of the log, so that each lap can be held against the same reference.
+Result<Done> WriteLap(const std::string& folder, const Lap& lap, const SlamSession& session,
+                      const SE3& T_BOut) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return Error{ErrorCode::kIo, folder + ": cannot be made: " + error.message()};
+  }
+  std::string live, final, keyframes;
+  for (size_t i = lap.frames_begin; i < lap.frames_end; ++i) {
+    const FramePose& f = session.frames()[i];
+    live += TumLine(f.utime - lap.shift, f.T_WB * T_BOut);
+    final += TumLine(f.utime - lap.shift, session.FinalPose(f) * T_BOut);
+  }
+  for (const TimedKeyframe& keyframe : lap.poses) {
+    keyframes += TumLine(keyframe.utime, keyframe.T_WC * session.camera().T_BC.inverse() * T_BOut);
+  }
+  Result<Done> written = WriteTextFile(folder + "/trajectory.tum", live);
+  if (written) written = WriteTextFile(folder + "/trajectory_final.tum", final);
+  if (written) written = WriteTextFile(folder + "/keyframes.tum", keyframes);
+  return written;
 }
 
 }  // namespace
@@ -160,10 +200,11 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
     final += TumLine(f.utime, session.FinalPose(f) * T_BOut);
     if (const auto& T_OB = session.dr_poses()[i]) dr += TumLine(f.utime, *T_OB * T_BOut);
   }
+  const SE3 T_COut = session.camera().T_BC.inverse() * T_BOut;
   std::string keyframes;
-  for (const auto& [id, keyframe] : session.mapper().map().keyframes()) {
-    keyframes += TumLine(keyframe.frame.utime,
-                         keyframe.frame.T_WC * session.camera().T_BC.inverse() * T_BOut);
+  const auto& map = session.mapper().map().keyframes();
+  for (auto it = map.upper_bound(session.newest_before()); it != map.end(); ++it) {
+    keyframes += TumLine(it->second.frame.utime, it->second.frame.T_WC * T_COut);
   }
   const std::pair<const char*, std::string> files[] = {
       {"trajectory.tum", live},
@@ -176,6 +217,12 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
   for (const auto& [name, text] : files) {
     const Result<Done> written = WriteTextFile(folder + "/" + name, text);
     if (!written) return written.error();
+  }
+  if (run.laps.laps.size() < 2) return Done{};
+  for (size_t i = 0; i < run.laps.laps.size(); ++i) {
+    const std::string lap_folder = folder + "/lap" + std::to_string(i + 1);
+    const auto written = WriteLap(lap_folder, run.laps.laps[i], session, T_BOut);
+    if (!written) return written;
   }
   return Done{};
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/config/robot_config.h"
+#include "tools/slam/laps.h"
 #include "tools/slam/slam_session.h"
 
 namespace gw::tools {
@@ -14,13 +15,14 @@ struct RunDescription {
   std::string log_name;  // without its folder, so that reports of one log compare equal
   std::string variant;
   OutputFrame frame = OutputFrame::kBody;
-  int seed = 0;               // see run_log.h
-  int64_t skipped_bytes = 0;  // of the log
-  bool truncated = false;     // the log
+  int seed = 0;  // see run_log.h
+  LapsRun laps;
 };
 
 // Writes trajectory.tum, trajectory_final.tum, keyframes.tum, dr.tum, frames.csv, covariance.csv
-// and report.json into `folder` (made when missing). Error kIo: the file and what the system says.
+// and report.json into `folder` (made when missing); of a run of several laps also lapN/
+// trajectory.tum, trajectory_final.tum and keyframes.tum in times of the log. Error kIo: the file
+// and what the system says.
 Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
                           const RunDescription& run, const SlamSession& session);
 

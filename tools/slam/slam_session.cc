@@ -1,5 +1,6 @@
 #include "tools/slam/slam_session.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "lcmtypes/wire/channels.h"
@@ -12,33 +13,50 @@ constexpr DurationUs kMaxDrExtrapolation = Milliseconds(60);
 
 }  // namespace
 
-SlamSession::SlamSession(frontend::Tracker tracker, BackendSchedule backend,
-                         std::optional<dr_ekf::DrFilter> dr_filter, const RectifiedCamera& camera)
-    : tracker_(std::move(tracker)),
+SlamSession::SlamSession(const RobotConfig& config, const CameraGeometry& geometry, Stages stages,
+                         BackendSchedule backend)
+    : config_(config),
+      geometry_(geometry),
+      stages_(std::move(stages)),
       backend_(std::move(backend)),
-      dr_filter_(std::move(dr_filter)),
-      camera_(camera) {
+      newest_before_(backend_.mapper().map().newest_keyframe()) {
   Deliver({backend_.mapper().Snapshot(std::nullopt)});
 }
 
-Result<SlamSession> SlamSession::Create(const RobotConfig& config) {
-  auto geometry = MakeCameraGeometry(config.calibration);
-  if (!geometry) return geometry.error();
-  auto tracker = frontend::Tracker::Create(config.frontend, *geometry);
+Result<SlamSession::Stages> SlamSession::MakeStages(const RobotConfig& config,
+                                                    const CameraGeometry& geometry) {
+  auto tracker = frontend::Tracker::Create(config.frontend, geometry);
   if (!tracker) return tracker.error();
-  auto mapper = backend::Mapper::Create(config.backend, config.frontend, geometry->rectified);
-  if (!mapper) return mapper.error();
-  std::optional<dr_ekf::DrFilter> dr_filter;
+  Stages stages{std::move(*tracker), std::nullopt};
   const bool has_sensors = config.calibration.imu.present || config.calibration.wheel.present;
   if (config.dr_ekf.source == DrSource::kSensors && has_sensors) {
     auto filter = dr_ekf::DrFilter::Create(config.dr_ekf, config.calibration);
     if (!filter) return filter.error();
-    dr_filter = std::move(*filter);
+    stages.dr_filter = std::move(*filter);
   }
+  return stages;
+}
+
+Result<SlamSession> SlamSession::Create(const RobotConfig& config, MapStart start) {
+  const auto geometry = MakeCameraGeometry(config.calibration);
+  if (!geometry) return geometry.error();
+  auto stages = MakeStages(config, *geometry);
+  if (!stages) return stages.error();
+  auto mapper = backend::Mapper::Create(config.backend, config.frontend, geometry->rectified,
+                                        std::move(start.map), start.use);
+  if (!mapper) return mapper.error();
+  for (const Keyframe& keyframe : start.pending) mapper->Insert(keyframe);
   return SlamSession(
-      std::move(*tracker),
-      BackendSchedule(std::move(*mapper), Milliseconds(config.process.slam_backend_latency_ms)),
-      std::move(dr_filter), geometry->rectified);
+      config, *geometry, std::move(*stages),
+      BackendSchedule(std::move(*mapper), Milliseconds(config.process.slam_backend_latency_ms)));
+}
+
+void SlamSession::BeginLap(DurationUs shift) {
+  lap_shift_ = shift;
+  reset_base_ = newest_reset_ + 1;
+  dr_.Clear();
+  stages_ = *MakeStages(config_, geometry_);  // Create has made the same
+  Deliver({backend_.mapper().Snapshot(std::nullopt)});
 }
 
 void SlamSession::Process(const process::LogEvent& event) {
@@ -48,34 +66,49 @@ void SlamSession::Process(const process::LogEvent& event) {
       ++counters_.undecodable;
       return;
     }
+    camera->frame.utime = OnLap(camera->frame.utime);
     ProcessImage(camera->frame);
-  } else if (event.channel == wire::kImu && dr_filter_) {
-    const auto sample = wire::Decode<ImuSample>(event.data);
-    sample ? Deliver(dr_filter_->Push(*sample)) : void(++counters_.undecodable);
-  } else if (event.channel == wire::kWheel && dr_filter_) {
-    const auto sample = wire::Decode<WheelSample>(event.data);
-    sample ? Deliver(dr_filter_->Push(*sample)) : void(++counters_.undecodable);
-  } else if (event.channel == wire::kDr && !dr_filter_) {
-    const auto state = wire::Decode<DrState>(event.data);
+  } else if (event.channel == wire::kImu && stages_.dr_filter) {
+    auto sample = wire::Decode<ImuSample>(event.data);
+    if (!sample) {
+      ++counters_.undecodable;
+      return;
+    }
+    sample->utime = OnLap(sample->utime);
+    Deliver(stages_.dr_filter->Push(*sample));
+  } else if (event.channel == wire::kWheel && stages_.dr_filter) {
+    auto sample = wire::Decode<WheelSample>(event.data);
+    if (!sample) {
+      ++counters_.undecodable;
+      return;
+    }
+    sample->utime = OnLap(sample->utime);
+    sample->utime_begin = OnLap(sample->utime_begin);
+    Deliver(stages_.dr_filter->Push(*sample));
+  } else if (event.channel == wire::kDr && !stages_.dr_filter) {
+    auto state = wire::Decode<DrState>(event.data);
     if (!state) {
       ++counters_.undecodable;
       return;
     }
     dr_synthetic_ |= state->synthetic;
-    ProcessDr(*state);
+    state->utime = OnLap(state->utime);
+    ProcessDr(std::move(*state));
   }
 }
 
-void SlamSession::ProcessDr(const DrState& state) {
+void SlamSession::ProcessDr(DrState state) {
+  state.reset_counter += reset_base_;
+  newest_reset_ = std::max(newest_reset_, state.reset_counter);
   dr_.Push(state);  // refuses what the tracker refuses, which is counted
-  if (!tracker_.Push(state)) ++counters_.dr_refused;
+  if (!stages_.tracker.Push(state)) ++counters_.dr_refused;
 }
 
 void SlamSession::ProcessImage(const CameraFrame& frame) {
   ++counters_.images;
   Deliver(backend_.AdvanceTo(frame.utime));
   const int64_t begin_us = now_us_ ? now_us_() : 0;
-  frontend::TrackerOutput out = tracker_.Push(frame);
+  frontend::TrackerOutput out = stages_.tracker.Push(frame);
   if (now_us_) tracking_us_.push_back(now_us_() - begin_us);
   frames_.push_back(out.pose);
   dr_poses_.push_back(dr_.PoseAt(frame.utime, kMaxDrExtrapolation));
@@ -87,9 +120,9 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
 
 void SlamSession::Deliver(const std::vector<MapUpdate>& updates) {
   for (const MapUpdate& update : updates) {
-    if (tracker_.Push(update)) continue;
+    if (stages_.tracker.Push(update)) continue;
     ++counters_.map_gaps;
-    tracker_.Push(backend_.mapper().Snapshot(std::nullopt));
+    stages_.tracker.Push(backend_.mapper().Snapshot(std::nullopt));
   }
 }
 
@@ -112,7 +145,7 @@ SE3 SlamSession::FinalPose(const FramePose& frame) const {
   }
   const backend::MapKeyframe* reference = map.FindKeyframe(keyframe);
   if (reference == nullptr) return frame.T_WB;
-  return reference->frame.T_WC * T_KC * camera_.T_BC.inverse();
+  return reference->frame.T_WC * T_KC * camera().T_BC.inverse();
 }
 
 }  // namespace gw::tools

@@ -28,11 +28,24 @@ struct SlamCounters {
   int64_t map_gaps = 0;    // a map update that did not follow
 };
 
+// The map that a run begins with.
+struct MapStart {
+  backend::Map map;
+  std::vector<Keyframe> pending;  // recorded but not taken in yet, see LoadedMap
+  backend::MapUse use = backend::MapUse::kGrow;
+};
+
 class SlamSession {
  public:
-  static Result<SlamSession> Create(const RobotConfig& config);
+  static Result<SlamSession> Create(const RobotConfig& config, MapStart start = {});
 
   void Process(const process::LogEvent& event);
+
+  // The same log follows again, with all its times moved by `shift` (> 0). Nothing is known of how
+  // the robot came from its end to its begin, so front-end and dead reckoning start anew, as if
+  // their processes had been restarted: the reset counter moves on, no DR edge crosses the seam,
+  // and the pose is found again in the map. Back-end and map go on.
+  void BeginLap(DurationUs shift);
   // After the last event: lets the back-end finish.
   void Finish();
 
@@ -53,25 +66,39 @@ class SlamSession {
   // Per image, us; empty without MeasureTracking().
   const std::vector<int64_t>& tracking_us() const { return tracking_us_; }
   const backend::Mapper& mapper() const { return backend_.mapper(); }
+  // Newest keyframe of the map that the run began with; those after it are its own.
+  KeyframeId newest_before() const { return newest_before_; }
   const SlamCounters& counters() const { return counters_; }
   const std::optional<dr_ekf::DrCounters>& dr_counters() const { return dr_counters_; }
   bool dr_synthetic() const { return dr_synthetic_; }
-  const RectifiedCamera& camera() const { return camera_; }
+  const RectifiedCamera& camera() const { return geometry_.rectified; }
 
  private:
-  SlamSession(frontend::Tracker tracker, BackendSchedule backend,
-              std::optional<dr_ekf::DrFilter> dr_filter, const RectifiedCamera& camera);
+  // What a lap begins with.
+  struct Stages {
+    frontend::Tracker tracker;
+    std::optional<dr_ekf::DrFilter> dr_filter;
+  };
+  static Result<Stages> MakeStages(const RobotConfig& config, const CameraGeometry& geometry);
 
+  SlamSession(const RobotConfig& config, const CameraGeometry& geometry, Stages stages,
+              BackendSchedule backend);
+
+  Utime OnLap(Utime utime) const { return utime + lap_shift_; }
   void ProcessImage(const CameraFrame& frame);
-  void ProcessDr(const DrState& state);
+  void ProcessDr(DrState state);
   void Deliver(const std::vector<MapUpdate>& updates);
   void Deliver(const dr_ekf::DrFilter::Output& output);
 
-  frontend::Tracker tracker_;
+  RobotConfig config_;
+  CameraGeometry geometry_;
+  Stages stages_;
   BackendSchedule backend_;
-  std::optional<dr_ekf::DrFilter> dr_filter_;
-  RectifiedCamera camera_;
+  KeyframeId newest_before_;
   DrHistory dr_;
+  DurationUs lap_shift_;
+  uint32_t reset_base_ = 0;    // added to the reset counter: each lap is a new life of DR
+  uint32_t newest_reset_ = 0;  // as given to the front-end
   std::function<int64_t()> now_us_;
   std::vector<FramePose> frames_;
   std::vector<std::optional<SE3>> dr_poses_;

@@ -272,6 +272,74 @@ TEST(SlamSession, MissingDepthStartsNoMapButEveryImageHasAPose) {
   }
 }
 
+std::string WriteLog(const std::vector<Event>& events, const std::string& name) {
+  const std::string path = testing::TempDir() + "slam_session_test_" + name + ".lcm";
+  auto log = *process::EventLogWriter::Create(path);
+  int64_t received_us = 0;
+  for (const Event& e : events) {
+    EXPECT_TRUE(log.Append({received_us += 1000}, e.channel, e.bytes).ok());
+  }
+  EXPECT_TRUE(log.Close().ok());
+  return path;
+}
+
+TEST(SlamSession, LaterLapsAreFoundInTheMapOfTheFirst) {
+  constexpr int kImages = 60;
+  SlamSession session = *SlamSession::Create(Robot());
+  const auto run = RunLaps(WriteLog(Recording(kImages), "laps"), 3, {}, &session);
+  ASSERT_TRUE(run.ok());
+  ASSERT_EQ(run->laps.size(), 3u);
+  ASSERT_EQ(session.frames().size(), 3u * kImages);
+  for (size_t n = 0; n < session.frames().size(); ++n) {
+    const FramePose& f = session.frames()[n];
+    const Lap& lap = run->laps[n / kImages];
+    const SE3 truth = TruePose(0).inverse() * TruePose(static_cast<int>(n % kImages));
+    EXPECT_EQ((f.utime - lap.shift).us, static_cast<int64_t>(n % kImages) * kPeriodUs);
+    EXPECT_EQ(f.status, TrackingStatus::kTracking) << n;
+    EXPECT_LT((f.T_WB.translation() - truth.translation()).norm(), 0.02) << n;
+  }
+  // The way was known: the map hardly grows.
+  EXPECT_GT(run->laps[0].keyframes_inserted, 2);
+  EXPECT_LT(run->laps[2].landmarks, 1.2 * static_cast<double>(run->laps[0].landmarks));
+  for (const Lap& lap : run->laps) {
+    for (size_t i = 1; i < lap.poses.size(); ++i) {
+      EXPECT_GT(lap.poses[i].utime, lap.poses[i - 1].utime);
+      EXPECT_LE(lap.poses[i].utime.us, kImages * kPeriodUs);
+    }
+  }
+  // Nobody knows how the robot came from the end of the log to its begin.
+  for (const auto& [id, keyframe] : session.mapper().map().keyframes()) {
+    const backend::MapKeyframe* before =
+        session.mapper().map().FindKeyframe(keyframe.frame.previous);
+    if (before == nullptr) continue;
+    EXPECT_LT((keyframe.frame.utime - before->frame.utime).us, kImages * kPeriodUs);
+    const auto lap_of = [&](Utime utime) { return utime.us / (kImages * kPeriodUs); };
+    EXPECT_EQ(lap_of(keyframe.frame.utime), lap_of(before->frame.utime)) << id.value;
+  }
+  const std::string folder = Scratch("laps");
+  ASSERT_TRUE(
+      WriteOutputs(folder, Robot(), {.log_name = "l", .variant = "full", .laps = *run}, session)
+          .ok());
+  std::ifstream second(folder + "/lap2/trajectory.tum");
+  double t = -1;
+  second >> t;
+  EXPECT_EQ(t, 0);
+}
+
+TEST(SlamSession, LocalizeOnlyUsesTheMapAndNeverChangesIt) {
+  const auto events = Recording(60);
+  const SlamSession first = RunAll(Robot(), events);
+  const uint64_t before = first.mapper().map().Hash();
+  SlamSession second =
+      *SlamSession::Create(Robot(), {first.mapper().map(), {}, backend::MapUse::kFrozen});
+  for (const Event& e : events) second.Process({0, {}, e.channel, e.bytes});
+  second.Finish();
+  EXPECT_EQ(second.mapper().map().Hash(), before);
+  EXPECT_EQ(second.mapper().counters().keyframes_inserted, 0);
+  EXPECT_LT(WorstError(second), 0.02);
+  for (const FramePose& f : second.frames()) EXPECT_EQ(f.status, TrackingStatus::kTracking);
+}
+
 TEST(SlamSession, OutputThatCannotBeWrittenIsAnErrorThatNamesThePath) {
   const SlamSession session = RunAll(Robot(), Recording(3));
   const auto written = WriteOutputs("/proc/no/such/place", Robot(), {"log.lcm", "full"}, session);

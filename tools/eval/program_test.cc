@@ -65,7 +65,7 @@ TEST(GwEval, ExitCodesTellUsageFromData) {
   EXPECT_EQ(RunProgram("--ref " + ref + " --est " + ref + " --images 3"), kExitFailed);
   EXPECT_EQ(RunProgram("--ref " + ref + " --est " + ref + " --json /no/such/folder/out.json"),
             kExitFailed);
-  EXPECT_THAT(Read(TempFile("output")), HasSubstr("/no/such/folder/out.json: cannot write"));
+  EXPECT_THAT(Read(TempFile("output")), HasSubstr("/no/such/folder/out.json: cannot be written"));
   EXPECT_EQ(RunProgram("--ref " + ref + " --est " + bad), kExitFailed);
   EXPECT_THAT(Read(TempFile("output")), HasSubstr("bad.tum:2: 'zero' is not a finite number"));
 }

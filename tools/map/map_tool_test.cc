@@ -44,7 +44,8 @@ class MapToolTest : public testing::Test {
         ASSERT_TRUE(journal.Append(*mapper.Insert(keyframe).update, {}).ok());
         if (const auto job = mapper.BuildJob()) {
           const auto update = mapper.Apply(SolveLocalBa(*job));
-          if (update) ASSERT_TRUE(journal.Append(*update, {}).ok());
+          ASSERT_TRUE(update);
+          ASSERT_TRUE(journal.Append(*update, {}).ok());
         }
       }
     }
@@ -87,8 +88,10 @@ TEST_F(MapToolTest, DescribesSessionsAndSizes) {
   EXPECT_EQ(report.landmarks, static_cast<int64_t>(loaded->map.num_landmarks()));
   EXPECT_TRUE(report.problems.empty());
   EXPECT_THAT(ReportJson(report), HasSubstr("\"keyframes\":9,"));
+  backend::LoadedMap copy;
+  copy.map = loaded->map;
   // The size stated is that of the file the map would make.
-  ASSERT_TRUE(backend::SaveMap(Path("copy"), {.map = loaded->map}).ok());
+  ASSERT_TRUE(backend::SaveMap(Path("copy"), copy).ok());
   EXPECT_NEAR(9 * report.bytes_per_keyframe,
               static_cast<double>(fs::file_size(backend::GenerationPath(Path("copy"), 1))), 1);
 }

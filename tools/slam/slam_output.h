@@ -16,7 +16,7 @@ struct RunDescription {
   std::string variant;
   OutputFrame frame = OutputFrame::kBody;
   int seed = 0;  // see run_log.h
-  LapsRun laps;
+  LapsRun laps = {};
 };
 
 // Writes trajectory.tum, trajectory_final.tum, keyframes.tum, dr.tum, frames.csv, covariance.csv

@@ -49,13 +49,14 @@ TEST(Quality, AnErrorOfTheMotionIsForgottenAfterASecond) {
   }
   const auto samples = QualitySamples(run, truth);
   ASSERT_TRUE(samples.ok()) << samples.error().message;
-  ASSERT_EQ(samples->size(), kImages - 30u);
+  // The partner one second before may be a tenth of a second late: 3 images more than 270.
+  ASSERT_EQ(samples->size(), kImages - 27u);
   for (const QualitySample& s : *samples) {
     const bool healthy = s.num_detected < 100 || s.num_detected >= 160;
     EXPECT_EQ(s.motion_m < 1e-6, healthy) << s.num_detected;
   }
   // Half as far again as it should be, over the second that has just ended.
-  const auto at = [&](int image) { return (*samples)[image - 30]; };
+  const auto at = [&](int image) { return (*samples)[image - 27]; };
   ASSERT_EQ(at(129).num_detected, 129);
   EXPECT_NEAR(at(129).motion_m, 0.6, 0.02);
   EXPECT_GT(at(250).ape_m, 0.05);

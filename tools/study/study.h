@@ -20,5 +20,6 @@ class Study {
 std::unique_ptr<Study> MakeQualityStudy();
 std::unique_ptr<Study> MakeAlphaSweepStudy();
 std::unique_ptr<Study> MakeLatencyStudy();
+std::unique_ptr<Study> MakeRepeatRunStudy();
 
 }  // namespace gw::study

@@ -52,7 +52,7 @@ TEST(Quality, AnErrorOfTheMotionIsForgottenAfterASecond) {
   // The partner one second before may be a tenth of a second late: 3 images more than 270.
   ASSERT_EQ(samples->size(), kImages - 27u);
   for (const QualitySample& s : *samples) {
-    const bool healthy = s.num_detected < 100 || s.num_detected >= 160;
+    const bool healthy = s.num_detected < 100 || s.num_detected >= 159;
     EXPECT_EQ(s.motion_m < 1e-6, healthy) << s.num_detected;
   }
   // Half as far again as it should be, over the second that has just ended.

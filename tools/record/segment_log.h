@@ -28,8 +28,8 @@ class SegmentLog {
   // a crash can still be read. Error kIo: the folder cannot be read.
   static Result<SegmentLog> Open(const std::filesystem::path& folder, const SegmentLimits& limits);
 
-  // Error kIo or kNotFound when the disk is full or gone. The message is lost then; the next Append starts a new
-  // file, so recording goes on as soon as the disk does.
+  // Error kIo or kNotFound when the disk is full or gone. The message is lost then; the next Append
+  // starts a new file, so recording goes on as soon as the disk does.
   Result<Done> Append(Utime received, std::string_view channel, std::span<const uint8_t> message);
   Result<Done> Flush();
 

@@ -12,12 +12,17 @@ constexpr double kStillRotation = 0.02;
 // Blind chain (method.md 4.3): so often that the DR edges stay short against their own noise.
 constexpr double kBlindTranslation = 0.4;  // m
 constexpr double kBlindRotation = 0.35;    // rad
+// Light is back, but the old map is not found: in so many images it is looked for before the map
+// goes on with what is seen now. The DR chain joins the two.
+constexpr int kLookForOldMap = 10;
 
 }  // namespace
 
 bool NeedsKeyframe(const KeyframeEvidence& e, const FrontendConfig& config) {
   if (!e.vision) {
-    return e.translation_m > kBlindTranslation || e.rotation_rad > kBlindRotation;
+    const bool moved = e.translation_m > kBlindTranslation || e.rotation_rad > kBlindRotation;
+    return moved || (e.num_close_untracked >= config.keyframe_min_close &&
+                     e.unmatched_images >= kLookForOldMap);
   }
   const double depth = e.median_depth_m > 0 ? e.median_depth_m : 2.0;
   const bool still = e.translation_m < kStillParallax * depth && e.rotation_rad < kStillRotation;

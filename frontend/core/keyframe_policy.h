@@ -17,6 +17,7 @@ struct KeyframeEvidence {
   double translation_m = 0;     // since the last keyframe
   double rotation_rad = 0;
   double median_depth_m = 0;  // of the features with depth; 0: unknown
+  int unmatched_images = 0;   // in a row with features, but without a pose from vision
 };
 
 bool NeedsKeyframe(const KeyframeEvidence& evidence, const FrontendConfig& config);

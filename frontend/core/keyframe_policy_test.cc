@@ -43,6 +43,17 @@ TEST(KeyframePolicy, MovingSlowlyNeedsOneInTheEnd) {
   EXPECT_TRUE(NeedsKeyframe(e, kDefault));
 }
 
+TEST(KeyframePolicy, TheMapGoesOnWhereLightIsBackButTheOldMapIsNotFound) {
+  KeyframeEvidence e;
+  e.vision = false;
+  e.num_close_untracked = 300;
+  EXPECT_FALSE(NeedsKeyframe(e, kDefault)) << "the old map is looked for first";
+  e.unmatched_images = 10;
+  EXPECT_TRUE(NeedsKeyframe(e, kDefault)) << "also when it stands still";
+  e.num_close_untracked = 20;
+  EXPECT_FALSE(NeedsKeyframe(e, kDefault)) << "nothing to make landmarks of";
+}
+
 TEST(KeyframePolicy, BlindChainGoesByMotionAlone) {
   KeyframeEvidence e;
   e.vision = false;

@@ -91,6 +91,7 @@ class Tracker::Impl {
   SE3 T_WC_;
   PoseUncertainty uncertainty_;  // of T_WC_
   Utime last_vision_;            // the last image whose pose came from vision
+  int unmatched_images_ = 0;     // in a row with features, but without a pose from vision
   std::optional<Sighting> sighting_;
   std::vector<TrackedPoint> tracked_;
   std::optional<Pose> hint_;
@@ -195,6 +196,7 @@ bool Tracker::Impl::WantsKeyframe(Utime utime, const FeatureFrame& frame, const 
     std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
     e.median_depth_m = depths[depths.size() / 2];
   }
+  e.unmatched_images = unmatched_images_;
   e.translation_m = T_CkeyC_.translation().norm();
   e.rotation_rad = LogSO3(T_CkeyC_.rotation()).norm();
   return NeedsKeyframe(e, config_);
@@ -230,6 +232,7 @@ Keyframe Tracker::Impl::MakeKeyframe(Utime utime, const FeatureFrame& frame, con
   T_CkeyC_ = SE3();
   reference_inliers_ = 0;
   images_since_keyframe_ = 0;
+  unmatched_images_ = 0;
   return k;
 }
 
@@ -332,6 +335,8 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   }
   if (has_image_) T_CkeyC_ = T_CkeyC_ * (T_WC_before.inverse() * T_WC_);
   ++images_since_keyframe_;
+  const bool unmatched = !vision && report.num_detected >= config_.keyframe_min_close;
+  unmatched_images_ = unmatched ? unmatched_images_ + 1 : 0;
   if (vision && images_since_keyframe_ <= 5) {
     reference_inliers_ = std::max(reference_inliers_, report.num_inliers);
   }

@@ -38,7 +38,7 @@ double EdgeQuality(const Map& map, KeyframeId to, double connection_reference) {
   const double shared = map.FindKeyframe(keyframe.frame.previous) == nullptr
                             ? 0
                             : SharedCloseLandmarks(map, to, keyframe.frame.previous);
-  return std::clamp(shared / connection_reference, 0.0, 1.0);
+  return std::clamp(std::min(shared / connection_reference, keyframe.frame.q), 0.0, 1.0);
 }
 
 double SmoothedLack(const Map& map, KeyframeId to, double connection_reference) {

@@ -1,8 +1,12 @@
 // Good Weights in local mapping: how strongly the DR edge between temporally adjacent keyframes
 // counts (method.md section 3).
 //
-//   Q_ij = clip(C_ij / C_ref, 0, 1)                     C_ij: close landmarks that both observe
+//   Q_ij = min(clip(C_ij / C_ref, 0, 1), Q_j)           C_ij: close landmarks that both observe
 //   alpha = alpha_min * (alpha_max / alpha_min)^(1-Q)
+//
+// Q_j, the front-end's quality of the image that the newer keyframe was made from, bounds it: where
+// vision is weak from the start, C_ref knows nothing better than the few landmarks that there are
+// (docs/adr/0010-dr-edges-of-local-ba.md).
 //
 // Close: with depth in one of the two at least. Far landmarks do not tell how far the robot went,
 // however many they are (docs/adr/0007-what-counts-as-tracked.md).
@@ -10,7 +14,7 @@
 // Smoothing. The lack of quality 1 - Q of an edge reaches its neighbours along the temporal chain,
 // halved with every hop: lack~(e) = max over edges f, |e - f| <= kSmoothingHops, of
 // lack(f) / 2^|e - f|. A maximum, not an average: a poorly connected keyframe strengthens its
-// neighbours and never loses its own support to them (paper, fig. dr_ba).
+// neighbours and never loses its own support to them (paper, fig. dr_ba; the kernel: ADR 10).
 #pragma once
 
 #include "backend/core/map.h"

@@ -8,7 +8,7 @@ namespace gw::backend {
 namespace {
 
 // A chain of keyframes K1, K2, ... in which neighbours share as many landmarks as `shared` says.
-Map Chain(const std::vector<int>& shared, int num_tracked = 200) {
+Map Chain(const std::vector<int>& shared, int num_tracked = 200, double q = 1) {
   constexpr int kFeatures = 600;
   Map map;
   for (size_t k = 0; k <= shared.size(); ++k) {
@@ -17,6 +17,7 @@ Map Chain(const std::vector<int>& shared, int num_tracked = 200) {
     keyframe.utime = {static_cast<int64_t>(k) * 1000};
     keyframe.previous = {static_cast<int64_t>(k)};
     keyframe.num_tracked = num_tracked;
+    keyframe.q = q;
     keyframe.features.resize(kFeatures);
     for (Feature& feature : keyframe.features) feature.depth = 2;
     keyframe.descriptors.resize(kFeatures);
@@ -64,6 +65,12 @@ TEST(EdgeQuality, IsTheShareOfTheReferenceConnection) {
   EXPECT_DOUBLE_EQ(EdgeQuality(map, {3}, 100), 0.0);
   EXPECT_DOUBLE_EQ(EdgeQuality(map, {4}, 100), 0.5);
   EXPECT_DOUBLE_EQ(EdgeQuality(map, {5}, 100), 1.0);
+}
+
+TEST(EdgeQuality, IsNotBetterThanTheTrackingOfItsNewerEnd) {
+  const Map map = Chain({100, 20}, 200, 0.3);
+  EXPECT_DOUBLE_EQ(EdgeQuality(map, {2}, 100), 0.3);
+  EXPECT_DOUBLE_EQ(EdgeQuality(map, {3}, 100), 0.2);
 }
 
 TEST(EdgeQuality, CountsLandmarksWithDepthOnly) {

@@ -27,13 +27,16 @@ function(gw_purity_tests)
   set_tests_properties(purity purity.finds_clocks_and_threads PROPERTIES LABELS unit)
 endfunction()
 
-# gw_program(NAME SOURCES ... LIBS ...): an installed program with --help and --version smoke tests.
+# gw_program(NAME SOURCES ... LIBS ...): an installed program with --help and --version smoke tests. The target
+# gw_programs is all of them.
+add_custom_target(gw_programs)
 function(gw_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LIBS})
   install(TARGETS ${name} RUNTIME DESTINATION bin)
+  add_dependencies(gw_programs ${name})
   foreach(flag help version)
     add_test(NAME ${name}.${flag} COMMAND ${name} --${flag})
     set_tests_properties(${name}.${flag} PROPERTIES LABELS unit)

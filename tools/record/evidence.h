@@ -1,9 +1,9 @@
-// What is kept when something goes wrong: the log around the moment, the configuration and a note.
-//
-//   FOLDER/2026-11-25T20-08-03.123456-gw-frontend/
-//     gw-....lcm     from kBefore before the fault to kAfter behind it (whole files of the
-//     recorder) robot.yaml     the configuration that ran, every key fault.txt      process, state,
-//     message, counters, map revision
+// What is kept when something goes wrong. Each fault gets a folder of its own, say
+// FOLDER/2026-11-25T20-08-03.123456-gw-frontend/, that holds
+// - gw-*.lcm: the log from kBefore before the fault to kAfter behind it (whole files of the
+//   recorder),
+// - robot.yaml: the configuration that ran, every key,
+// - fault.txt: process, state, message, counters, map revision.
 #pragma once
 
 #include <filesystem>

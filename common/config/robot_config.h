@@ -6,6 +6,7 @@
 
 #include "common/camera/calibration.h"
 #include "common/config/backend_config.h"
+#include "common/config/camera_config.h"
 #include "common/config/dr_ekf_config.h"
 #include "common/config/fields.h"
 #include "common/config/frontend_config.h"
@@ -25,10 +26,12 @@ struct RobotSection {
 };
 
 struct DriversConfig {
+  CameraConfig camera;
   KobukiConfig kobuki;
 
   template <typename Visitor>
   void VisitFields(Visitor& v) {
+    v.Section("camera", camera, {.text = "camera and its IMU (gw-camera)"});
     v.Section("kobuki", kobuki, {.text = "Kobuki base (gw-kobuki)"});
   }
 };

@@ -17,6 +17,8 @@ class Clock {
   explicit Clock(const std::string& offset_file = "/run/gw/epoch_offset_us");
 
   Utime Now() const;
+  // This clock minus CLOCK_MONOTONIC, for what the kernel stamps.
+  DurationUs monotonic_offset() const { return {offset_us_}; }
   bool shared() const { return shared_; }  // all processes have the same offset
 
  private:

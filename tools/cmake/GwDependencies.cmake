@@ -22,3 +22,10 @@ target_link_libraries(gw_lcm INTERFACE ${GW_LCM_LIBRARY})
 add_library(gw_opencv INTERFACE)
 target_include_directories(gw_opencv SYSTEM INTERFACE ${OpenCV_INCLUDE_DIRS})
 target_link_libraries(gw_opencv INTERFACE opencv_core opencv_imgproc opencv_features2d opencv_imgcodecs)
+
+# Debian's libusb has no CMake package.
+find_path(GW_LIBUSB_INCLUDE libusb-1.0/libusb.h REQUIRED)
+find_library(GW_LIBUSB_LIBRARY usb-1.0 REQUIRED)
+add_library(gw_libusb INTERFACE)
+target_include_directories(gw_libusb SYSTEM INTERFACE ${GW_LIBUSB_INCLUDE})
+target_link_libraries(gw_libusb INTERFACE ${GW_LIBUSB_LIBRARY})

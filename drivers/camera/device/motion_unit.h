@@ -1,0 +1,54 @@
+// The motion module of a D435i: gyro and accelerometer, as one IMU.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/config/robot_config.h"
+#include "common/contract/samples.h"
+#include "drivers/camera/core/imu_merger.h"
+#include "drivers/camera/core/lag_check.h"
+#include "drivers/camera/device/find_camera.h"
+#include "drivers/camera/device/motion_sensor.h"
+#include "drivers/camera/protocol/hardware_monitor.h"
+
+namespace gw::camera {
+
+class MotionUnit {
+ public:
+  // monotonic_offset: of the robot's clock against CLOCK_MONOTONIC.
+  MotionUnit(const RobotConfig& config, DurationUs monotonic_offset);
+
+  // Whether the configuration wants it.
+  bool wanted() const { return wanted_; }
+  // Opens both sensors. Error: of the sensors; kNotFound: the camera has none.
+  Result<Done> Open(const FoundCamera& found, const FirmwareVersion& firmware,
+                    const SystemRoots& roots, Utime now);
+  void Close();
+  bool open() const { return gyro_.has_value(); }
+
+  std::vector<int> fds() const;
+  // What is complete, with seq counting from 1 over all openings. Error kIo: a sensor is gone.
+  Result<std::vector<ImuSample>> Read(int fd, Utime now);
+
+  // No gyro sample for this long although it is open.
+  bool silent(Utime now) const { return open() && now - last_gyro_ > Milliseconds(1000); }
+  bool skewed() const { return lag_.skewed(); }
+  const LagCheck& lag() const { return lag_; }
+  const ImuMerger& merger() const { return merger_; }
+
+ private:
+  bool wanted_;
+  int gyro_rate_hz_;
+  int accel_rate_hz_;
+  DurationUs monotonic_offset_;
+  FirmwareVersion firmware_;
+  std::optional<MotionSensor> gyro_, accel_;
+  ImuMerger merger_;
+  LagCheck lag_;
+  Utime last_gyro_;
+};
+
+}  // namespace gw::camera

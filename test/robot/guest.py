@@ -15,13 +15,15 @@ import threading
 import time
 
 SKIPPED = 77
+# depmod and modprobe are not on everybody's path.
+TOOLS = {**os.environ, "PATH": os.environ["PATH"] + ":/sbin:/usr/sbin"}
 
 
 def skip_unless_possible(folder):
     """Says why and ends with 77 where this machine cannot run the test."""
     for tool, package in [("qemu-system-x86_64", "qemu-system-x86"), ("busybox", "busybox-static"),
                           ("cpio", "cpio"), ("depmod", "kmod"), ("modprobe", "kmod")]:
-        if shutil.which(tool, path=os.environ["PATH"] + ":/sbin:/usr/sbin") is None:
+        if shutil.which(tool, path=TOOLS["PATH"]) is None:
             skip(f"{tool} is not installed (package {package}); `tools/dev test robot` installs it")
     if not glob.glob(f"{folder}/kernel/boot/vmlinuz-*"):
         skip(f"no kernel in {folder}/kernel; `tools/dev test robot` unpacks one")
@@ -73,19 +75,18 @@ class Guest:
             os.makedirs(f"{root}/{path}")
         shutil.copy(shutil.which("busybox"), f"{root}/bin/busybox")
         source = f"{self.folder}/kernel/lib/modules/{version}"
-        subprocess.run(["depmod", "-b", f"{self.folder}/kernel", version], check=True,
-                       env={**os.environ, "PATH": os.environ["PATH"] + ":/sbin:/usr/sbin"})
+        subprocess.run(["depmod", "-b", f"{self.folder}/kernel", version], check=True, env=TOOLS)
         for module in modules:
             shown = subprocess.run(["modprobe", "-d", f"{self.folder}/kernel", "-S", version,
                                     "--show-depends", module], capture_output=True, text=True,
-                                   check=True,
-                                   env={**os.environ, "PATH": os.environ["PATH"] + ":/sbin:/usr/sbin"})
+                                   check=True, env=TOOLS)
             for path in re.findall(r"insmod (\S+)", shown.stdout):
                 inside = os.path.join(root, "lib/modules", version, os.path.relpath(path, source))
                 os.makedirs(os.path.dirname(inside), exist_ok=True)
                 shutil.copy(path, inside)
-        subprocess.run(["depmod", "-b", root, version], check=True,
-                       env={**os.environ, "PATH": os.environ["PATH"] + ":/sbin:/usr/sbin"})
+        for index in glob.glob(f"{source}/modules.builtin*") + [f"{source}/modules.order"]:
+            shutil.copy(index, f"{root}/lib/modules/{version}")
+        subprocess.run(["depmod", "-b", root, version], check=True, env=TOOLS)
         wanted = dict(files)
         for program in programs:
             wanted[f"/bin/{os.path.basename(program)}"] = program

@@ -25,6 +25,12 @@ void Recovery::Gone() {
 }
 
 Remedy Recovery::Next(Utime now) {
+  const DurationUs pause = now - last_next_.value_or(now);
+  last_next_ = now;
+  if (pause > kSlept) {
+    if (last_frame_) last_frame_ = *last_frame_ + pause;
+    if (started_) started_ = *started_ + pause;
+  }
   if (!started_) return Remedy::kNone;
   const bool silent = last_frame_ ? now - *last_frame_ > kSilent : now - *started_ > kFirstFrame;
   if (!silent && !(failed_ && now - *started_ > kPause)) return Remedy::kNone;

@@ -32,12 +32,15 @@ class Recovery {
   static constexpr int kRestartsPerReset = 3;
   static constexpr int kResets = 2;
   // So long without a failure makes it well: the ladder begins at its foot again.
-  static constexpr DurationUs kWell = Milliseconds(10'000);
+  static constexpr DurationUs kWell = Milliseconds(3000);
+  // A longer time between two calls of Next means that we slept, not the camera: it is no silence.
+  static constexpr DurationUs kSlept = Milliseconds(300);
 
  private:
   std::optional<Utime> started_;
   std::optional<Utime> last_frame_;
   std::optional<Utime> well_since_;
+  std::optional<Utime> last_next_;
   bool failed_ = false;
   int restarts_tried_ = 0;  // since the last reset
   int resets_tried_ = 0;

@@ -126,8 +126,15 @@ void CameraNode::OpenMotion() {
   if (!opened) log_.Write(now, Severity::kWarning, "imu.absent", {{"action", motion_error_}});
 }
 
+void CameraNode::CloseMotion(const std::string& why) {
+  motion_.Close();
+  motion_error_ = why;
+  motion_retry_ = system_.now() + kMotionRetry;
+}
+
 void CameraNode::Recover(Remedy remedy) {
   if (remedy == Remedy::kNone) return;
+  waiting_for_remedy_ = false;
   const Utime now = system_.now();
   retry_ = now;
   switch (remedy) {
@@ -149,6 +156,7 @@ void CameraNode::Recover(Remedy remedy) {
           "the camera is there but delivers no images, and neither restarting the stream nor "
           "resetting it helps (" +
           (absent_.empty() ? "no error" : absent_) + "): unplug it, use another port or cable";
+      if (camera_) CloseCamera(*gave_up_);
       health_.SetState(HealthState::kFailed, *gave_up_);
       if (bus_ != nullptr) {
         if (const auto health = health_.ReportIfDue(now + Milliseconds(1000))) {
@@ -165,10 +173,9 @@ void CameraNode::Tick() {
   if (gave_up_) return;
   Recover(recovery_.Next(now));
   if (gave_up_) return;
-  if (!camera_ && (!retry_ || now >= *retry_)) OpenCamera();
+  if (!camera_ && !waiting_for_remedy_ && (!retry_ || now >= *retry_)) OpenCamera();
   if (motion_.silent(now)) {
-    motion_.Close();
-    motion_error_ = "the motion sensors are silent: unplug the camera and plug it in again";
+    CloseMotion("the motion sensors are silent: unplug the camera and plug it in again");
   }
   const bool motion_due = !motion_retry_ || now >= *motion_retry_;
   if (camera_ && motion_.wanted() && !motion_.open() && motion_due) OpenMotion();
@@ -192,11 +199,7 @@ void CameraNode::Read(int fd) {
   const std::vector<int> motion = motion_.fds();
   if (std::find(motion.begin(), motion.end(), fd) != motion.end()) {
     const auto samples = motion_.Read(fd, now);
-    if (!samples) {
-      motion_.Close();
-      motion_error_ = samples.error().message;
-      return;
-    }
+    if (!samples) return CloseMotion(samples.error().message);
     for (const ImuSample& sample : *samples) Publish(wire::kImu, wire::Encode(sample));
     return;
   }

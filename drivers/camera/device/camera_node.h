@@ -61,6 +61,7 @@ class CameraNode {
   void OpenCamera();
   void CloseCamera(const std::string& why);
   void OpenMotion();
+  void CloseMotion(const std::string& why);
   void Recover(Remedy remedy);
   void Deliver(CapturedFrame frame, Utime now);
   void ControlExposure();
@@ -89,6 +90,7 @@ class CameraNode {
 
   std::string absent_ = "the camera is not open yet";
   std::optional<Utime> retry_;
+  bool waiting_for_remedy_ = false;  // the start failed: when to try again is the ladder's decision
   std::optional<Utime> motion_retry_;
   std::optional<Utime> device_error_asked_;
   std::optional<std::string> gave_up_;

@@ -59,6 +59,23 @@ EmulatedCamera::EmulatedCamera(const EmulatedCameraConfig& config, Scene scene)
   }
 }
 
+void EmulatedCamera::WakeAll() {
+  for (const auto& [fd, node] : open_) {
+    const uint64_t one = 1;
+    (void)!::write(fd, &one, sizeof(one));
+  }
+}
+
+void EmulatedCamera::FailStream() {
+  stream_error_ = true;
+  WakeAll();
+}
+
+void EmulatedCamera::Unplug() {
+  plugged_ = false;
+  WakeAll();
+}
+
 int64_t EmulatedCamera::EndOfExposureUs(int64_t frame) const {
   return config_.start_us + frame * 1'000'000 / config_.rate_hz;
 }

@@ -68,13 +68,13 @@ class EmulatedCamera : public SystemCalls {
   void DamageFrames(int count) { damage_ = count; }    // flagged as errors
   void ShortenFrames(int count) { shorten_ = count; }  // a few bytes are missing
   void LoseMetadata(int count) { lose_metadata_ = count; }
-  void FailStream() { stream_error_ = true; }                   // DQBUF: EIO until the next start
+  void FailStream();                                            // DQBUF: EIO until the next start
   void SetSilent(bool silent) { silent_ = silent; }             // streams, but nothing comes
   void RefuseStart(int count) { refuse_start_ = count; }        // STREAMON: EPROTO
   void RefuseUnitControls(int count) { refuse_unit_ = count; }  // busy: EIO
   void SetDeviceError(uint8_t code) { device_error_ = code; }
   // The cable. Everything fails with ENODEV until the nodes are closed and opened again.
-  void Unplug() { plugged_ = false; }
+  void Unplug();
   void Plug() { plugged_ = true; }
 
   bool emitter_on() const { return emitter_; }
@@ -125,6 +125,8 @@ class EmulatedCamera : public SystemCalls {
   void SetUnitValue(uint8_t selector, const std::vector<uint8_t>& value);
   void AnswerMonitor(const std::vector<uint8_t>& request);
 
+  // As an error does in the kernel: whoever waits for a node wakes up.
+  void WakeAll();
   int64_t EndOfExposureUs(int64_t frame) const;
   void Deliver(const Delivery& delivery);
   void Fill(Node* node, const std::vector<uint8_t>& bytes, int64_t time_us);

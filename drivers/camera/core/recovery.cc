@@ -25,11 +25,13 @@ void Recovery::Gone() {
 }
 
 Remedy Recovery::Next(Utime now) {
-  const DurationUs pause = now - last_next_.value_or(now);
+  const Utime last = last_next_.value_or(now);
   last_next_ = now;
+  const DurationUs pause = now - last;
   if (pause > kSlept) {
-    if (last_frame_) last_frame_ = *last_frame_ + pause;
-    if (started_) started_ = *started_ + pause;
+    for (std::optional<Utime>* const event : {&started_, &last_frame_}) {
+      if (*event && **event <= last) **event = **event + pause;  // as if it was after the sleep
+    }
   }
   if (!started_) return Remedy::kNone;
   const bool silent = last_frame_ ? now - *last_frame_ > kSilent : now - *started_ > kFirstFrame;

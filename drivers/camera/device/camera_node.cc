@@ -83,10 +83,12 @@ void CameraNode::OpenCamera() {
   recovery_.Started(now);
   if (const auto started = (*camera)->Start(); !started) {
     absent_ = started.error().message;
-    if (started.error().code == ErrorCode::kNotFound)
+    if (started.error().code == ErrorCode::kNotFound) {
       recovery_.Gone();
-    else
+    } else {
       recovery_.Failed();
+      waiting_for_remedy_ = true;
+    }
     log_.Write(now, Severity::kWarning, "camera.start_failed", {{"action", absent_}});
     return;
   }
@@ -210,6 +212,7 @@ void CameraNode::Read(int fd) {
   if (state == StreamState::kFine) return;
   if (state == StreamState::kBroken) {
     recovery_.Failed();
+    waiting_for_remedy_ = true;
     CloseCamera("the stream broke off with an error of the device");
     return;
   }

@@ -90,7 +90,7 @@ class CameraNode {
 
   std::string absent_ = "the camera is not open yet";
   std::optional<Utime> retry_;
-  bool waiting_for_remedy_ = false;  // the start failed: when to try again is the ladder's decision
+  bool waiting_for_remedy_ = false;  // it failed: when to try again is recovery_'s decision
   std::optional<Utime> motion_retry_;
   std::optional<Utime> device_error_asked_;
   std::optional<std::string> gave_up_;

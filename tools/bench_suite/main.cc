@@ -88,6 +88,12 @@ Result<Done> Run(Arguments args) {
   auto suite = LoadSuite(args.suite, args.data);
   if (!suite) return suite.error();
   if (args.runs > 0) suite->runs = args.runs;
+  for (const SuiteInput& input : suite->inputs) {
+    if (input.source == Source::kImport && !std::filesystem::is_directory(input.path)) {
+      return Error{ErrorCode::kNotFound, input.name + ": no recording " + input.path +
+                                             "; --data names the folder that holds it"};
+    }
+  }
   if (args.cache.empty()) args.cache = args.out + "/cache";
   for (const std::string& folder : {args.out, args.cache}) {
     const auto made = MakeFolder(folder);

@@ -19,7 +19,7 @@ struct Command {
 };
 
 constexpr Command kCommands[] = {
-    {"quality", "pose error of the vision-only system against N_det and N_trk", MakeQualityStudy},
+    {"quality", "pose error of vision against N_det and N_trk", MakeQualityStudy},
     {"alpha-sweep", "pose error against a fixed scale of the DR information", MakeAlphaSweepStudy},
     {"latency", "tracking time with and without Good Weights", MakeLatencyStudy},
     {"repeat-run", "the same way lap after lap, the map kept", MakeRepeatRunStudy},

@@ -1,7 +1,9 @@
 #include "tools/study/quality.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 
 #include "common/core/format.h"
@@ -13,7 +15,7 @@
 namespace gw::study {
 namespace {
 
-constexpr char kVariant[] = "none";
+constexpr char kVariant[] = "da";
 constexpr int kDetectedWidth = 100;  // up to the 800 features that an image may have
 constexpr int kDetectedBins = 9;
 constexpr int kTrackedWidth = 20;
@@ -64,55 +66,79 @@ class QualityStudy : public Study {
   static StudyFiles Render(const std::vector<QualitySample>& samples,
                            const std::vector<std::string>& origin) {
     StudyFiles files;
-    files.markdown = "# Pose error of the vision-only system against its counts\n\n";
+    files.markdown = "# Pose error of vision against its counts\n\n";
     for (const std::string& line : origin) files.markdown += "* " + line + "\n";
-    files.csv = "count,low,high,images,ape_rmse_m,motion_rmse_m\n";
+    files.csv = "count,low,high,samples,seen,motion_rmse_m\n";
     plot::Figure figure;
-    figure.title = "Pose error of the vision-only system";
+    figure.title = "Pose error of vision alone";
     figure.columns = 2;
     figure.panel_width = 440;
     figure.panel_height = 320;
     figure.footer = origin;
     for (const Axis& axis : kAxes) {
       const std::vector<QualityBin> bins = BinBy(samples, axis.count, axis.width, axis.bins);
-      files.markdown += std::string("\n| ") + axis.name +
-                        " | images | APE RMSE, m | RMSE of the motion over 1 s, m |\n"
-                        "| --- | --- | --- | --- |\n";
+      files.markdown += std::string("\n| lowest ") + axis.name +
+                        " of a second | samples | vision in all images | RMSE of the motion over "
+                        "that second, m |\n| --- | --- | --- | --- |\n";
       for (const QualityBin& b : bins) {
-        const std::string range = std::to_string(b.low) + " - " + std::to_string(b.high - 1);
-        files.markdown += "| " + range + " | " + std::to_string(b.images) + " | " +
-                          FormatFixed(b.ape_rmse_m, 3) + " | " + FormatFixed(b.motion_rmse_m, 3) +
-                          " |\n";
+        const bool open = &b == &bins.back() && b.high == axis.width * axis.bins;
+        const std::string range = open ? ">= " + std::to_string(b.low)
+                                       : std::to_string(b.low) + " - " + std::to_string(b.high - 1);
+        files.markdown += "| " + range + " | " + std::to_string(b.seconds) + " | " +
+                          FormatFixed(100.0 * SeenShare(b), 0) + " % | " +
+                          (b.seen > 0 ? FormatFixed(b.motion_rmse_m, 4) : "-") + " |\n";
         files.csv += std::string(axis.name) + "," + std::to_string(b.low) + "," +
-                     std::to_string(b.high) + "," + std::to_string(b.images) + "," +
-                     FormatDouble(b.ape_rmse_m) + "," + FormatDouble(b.motion_rmse_m) + "\n";
+                     std::to_string(b.high) + "," + std::to_string(b.seconds) + "," +
+                     std::to_string(b.seen) + "," + FormatDouble(b.motion_rmse_m) + "\n";
       }
-      for (double QualityBin::*error : {&QualityBin::ape_rmse_m, &QualityBin::motion_rmse_m}) {
-        figure.panels.push_back(ErrorPanel(axis, bins, error));
-      }
+      figure.panels.push_back(ErrorPanel(axis, bins));
+      figure.panels.push_back(SeenPanel(axis, bins));
     }
     files.svg = plot::RenderSvg(figure);
     return files;
   }
 
-  static plot::Panel ErrorPanel(const Axis& axis, const std::vector<QualityBin>& bins,
-                                double QualityBin::*error) {
-    const bool ape = error == &QualityBin::ape_rmse_m;
+  static double SeenShare(const QualityBin& b) {
+    return static_cast<double>(b.seen) / static_cast<double>(b.seconds);
+  }
+
+  static plot::Panel EmptyPanel(const Axis& axis) {
     plot::Panel panel;
-    panel.title = ape ? "absolute position error" : "error of the motion over 1 s";
-    panel.x_label = std::string(axis.name) + " (middle of the bin)";
+    panel.x_label = std::string("lowest ") + axis.name + " of the second (middle of the bin)";
+    panel.x_range = {0, static_cast<double>(axis.width * axis.bins)};
+    return panel;
+  }
+
+  static plot::Panel ErrorPanel(const Axis& axis, const std::vector<QualityBin>& bins) {
+    plot::Panel panel = EmptyPanel(axis);
+    panel.title = "error of the motion over 1 s";
     panel.y_label = "RMSE, m";
     plot::Series series;
     series.style = plot::Style::kLineAndPoints;
     double worst = 0;
     for (const QualityBin& b : bins) {
+      if (b.seen == 0) continue;
       series.x.push_back(0.5 * (b.low + b.high));
-      series.y.push_back(b.*error);
-      worst = std::max(worst, b.*error);
+      series.y.push_back(b.motion_rmse_m);
+      worst = std::max(worst, b.motion_rmse_m);
     }
     panel.series.push_back(std::move(series));
-    panel.x_range = {0, static_cast<double>(axis.width * axis.bins)};
     panel.y_range = {0, 1.08 * worst};
+    return panel;
+  }
+
+  static plot::Panel SeenPanel(const Axis& axis, const std::vector<QualityBin>& bins) {
+    plot::Panel panel = EmptyPanel(axis);
+    panel.title = "seconds with vision in all images";
+    panel.y_label = "share";
+    plot::Series series;
+    series.style = plot::Style::kLineAndPoints;
+    for (const QualityBin& b : bins) {
+      series.x.push_back(0.5 * (b.low + b.high));
+      series.y.push_back(SeenShare(b));
+    }
+    panel.series.push_back(std::move(series));
+    panel.y_range = {0, 1.08};
     return panel;
   }
 
@@ -130,14 +156,21 @@ Result<std::vector<QualitySample>> QualitySamples(const measure::SlamRun& run,
   for (const FramePose& f : run.frames) frames[f.utime] = &f;
   std::vector<QualitySample> out;
   size_t before = 0;
-  for (size_t i = 0; i < evaluation->pairs.size(); ++i) {
-    const eval::PosePair& now = evaluation->pairs[i];
+  for (const eval::PosePair& now : evaluation->pairs) {
     const Utime then = now.utime - options.rpe_delta;
     while (evaluation->pairs[before].utime < then) ++before;
-    if (evaluation->pairs[before].utime - then > DurationUs{options.rpe_delta.us / 10}) continue;
-    const FramePose& f = *frames.at(now.utime);
-    out.push_back({f.num_detected, f.num_tracked, evaluation->ape_m[i],
-                   eval::MotionError(evaluation->pairs[before], now).translation().norm()});
+    const eval::PosePair& begin = evaluation->pairs[before];
+    if (begin.utime - then > DurationUs{options.rpe_delta.us / 10}) continue;
+    QualitySample sample;
+    sample.num_detected = sample.num_tracked = std::numeric_limits<int>::max();
+    for (auto it = frames.find(begin.utime); it != frames.upper_bound(now.utime); ++it) {
+      const FramePose& f = *it->second;
+      sample.num_detected = std::min(sample.num_detected, f.num_detected);
+      sample.num_tracked = std::min(sample.num_tracked, f.num_tracked);
+      sample.seen &= f.status == TrackingStatus::kTracking || f.status == TrackingStatus::kDegraded;
+    }
+    sample.motion_m = eval::MotionError(begin, now).translation().norm();
+    out.push_back(sample);
   }
   return out;
 }
@@ -151,15 +184,17 @@ std::vector<QualityBin> BinBy(const std::vector<QualitySample>& samples, int Qua
   }
   for (const QualitySample& s : samples) {
     QualityBin& bin = bins[std::min(s.*count / width, num_bins - 1)];
-    ++bin.images;
-    bin.ape_rmse_m += s.ape_m * s.ape_m;
+    ++bin.seconds;
+    if (!s.seen) continue;
+    ++bin.seen;
     bin.motion_rmse_m += s.motion_m * s.motion_m;
   }
   std::vector<QualityBin> out;
   for (QualityBin bin : bins) {
-    if (bin.images == 0) continue;
-    bin.ape_rmse_m = std::sqrt(bin.ape_rmse_m / static_cast<double>(bin.images));
-    bin.motion_rmse_m = std::sqrt(bin.motion_rmse_m / static_cast<double>(bin.images));
+    if (bin.seconds == 0) continue;
+    if (bin.seen > 0) {
+      bin.motion_rmse_m = std::sqrt(bin.motion_rmse_m / static_cast<double>(bin.seen));
+    }
     out.push_back(bin);
   }
   return out;

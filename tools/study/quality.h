@@ -1,5 +1,9 @@
-// Study "quality" (paper fig. "tracking_quality"): does the pose error of the vision-only system
-// depend on how many features an image has and how many of them are tracked?
+// Study "quality" (paper fig. "tracking_quality"): does the pose error of vision depend on how many
+// features an image has and how many of them are tracked?
+//
+// Run with variant da: poses come from vision alone, dead reckoning only helps to find matches and
+// bridges what vision loses, so that weak images are seen more than once. With `none` the first
+// loss would end the run, and errors after it say nothing of the counts.
 #pragma once
 
 #include <string>
@@ -10,12 +14,13 @@
 
 namespace gw::study {
 
-// One image: its counts and its error.
+// One second of the run, by the image that ends it. An error of the motion comes from the weakest
+// image in it, so that counts are the lowest of that second.
 struct QualitySample {
   int num_detected = 0;
   int num_tracked = 0;
-  double ape_m = 0;     // after SE(3) alignment of the whole run, as in the paper
-  double motion_m = 0;  // of the motion over the second before: does not remember older errors
+  bool seen = true;     // vision gave a pose for each of its images, none of them a correction
+  double motion_m = 0;  // error of the motion
 };
 
 // Images with truth now and a second ago. Error: as of eval::Evaluate.
@@ -23,12 +28,13 @@ Result<std::vector<QualitySample>> QualitySamples(const measure::SlamRun& run,
                                                   const eval::Trajectory& truth);
 
 struct QualityBin {
-  int low = 0, high = 0;  // counts in [low, high)
-  int64_t images = 0;
-  double ape_rmse_m = 0, motion_rmse_m = 0;
+  int low = 0, high = 0;     // counts in [low, high)
+  int64_t seconds = 0;       // samples
+  int64_t seen = 0;          // of them with vision in each image
+  double motion_rmse_m = 0;  // of those; 0 when there are none
 };
 
-// Bins of equal width from 0 on, the last one open above; without those that hold no image.
+// Bins of equal width from 0 on, the last one open above; without those that hold no sample.
 std::vector<QualityBin> BinBy(const std::vector<QualitySample>& samples, int QualitySample::*count,
                               int width, int num_bins);
 

@@ -34,4 +34,10 @@ DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConf
   return out;
 }
 
+Matrix6d SqrtInformation(const Matrix6d& cov, double alpha) {
+  const Eigen::LLT<Matrix6d> llt(cov);
+  const Matrix6d information = alpha * llt.solve(Matrix6d::Identity());
+  return Eigen::LLT<Matrix6d>(0.5 * (information + information.transpose())).matrixU();
+}
+
 }  // namespace gw::backend

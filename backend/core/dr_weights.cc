@@ -83,4 +83,12 @@ double DrScale(double lack, Variant variant, const DrWeightConfig& config) {
          std::pow(config.alpha_max / config.alpha_min, std::clamp(lack, 0.0, 1.0));
 }
 
+double DrEdgeScale(const Map& map, const MappingContext& context, KeyframeId to,
+                   double connection_reference) {
+  const MapKeyframe& keyframe = *map.FindKeyframe(to);
+  if (!keyframe.frame.dr || map.FindKeyframe(keyframe.frame.previous) == nullptr) return 0;
+  if (keyframe.dr_alpha > 0) return keyframe.dr_alpha;
+  return DrScale(SmoothedLack(map, to, connection_reference), context.variant, context.dr_weight);
+}
+
 }  // namespace gw::backend

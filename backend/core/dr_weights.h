@@ -18,6 +18,7 @@
 #pragma once
 
 #include "backend/core/map.h"
+#include "backend/core/mapping_context.h"
 #include "common/config/frontend_config.h"
 
 namespace gw::backend {
@@ -45,5 +46,10 @@ double ConnectionReference(const Map& map, const DrWeightConfig& config);
 // alpha for the variant: 0 means that the edge is not used. kFixed: the constant; kSwitch:
 // alpha_max below switch_q, nothing above; variants without DR in local BA: 0.
 double DrScale(double lack, Variant variant, const DrWeightConfig& config);
+
+// alpha of the edge that ends at `to`, for whoever works on the whole map: what local BA left on it,
+// or the law above where local BA has not been yet. 0: the edge does not exist or is not used.
+double DrEdgeScale(const Map& map, const MappingContext& context, KeyframeId to,
+                   double connection_reference);
 
 }  // namespace gw::backend

@@ -51,16 +51,19 @@ class Fuser {
       const auto expected = Sight(context_, *landmark, T_WC, T_CW);
       if (!expected) continue;
       const int feature = FindFeature(context_, *landmark, *expected, keyframe, scratch_);
-      if (feature < 0) continue;
-      const LandmarkId other = keyframe.frame.landmarks[feature];
-      if (!other.valid()) {
-        if (map_.AddObservation(id, {target, feature})) {
-          ++counts_.observations;
-          changed_.insert(id);
-        }
-      } else {
-        Merge(id, other);
-      }
+      if (feature >= 0) Join(id, {target, feature});
+    }
+  }
+
+  // The feature shows the landmark.
+  void Join(LandmarkId id, const Observation& sight) {
+    const LandmarkId other =
+        map_.FindKeyframe(sight.keyframe)->frame.landmarks[sight.feature_index];
+    if (other.valid()) {
+      if (other != id) Merge(id, other);
+    } else if (map_.AddObservation(id, sight)) {
+      ++counts_.observations;
+      changed_.insert(id);
     }
   }
 
@@ -112,6 +115,28 @@ FusionCounts FuseWithNeighbours(Map& map, const MappingContext& context) {
   const std::vector<LandmarkId> own = LandmarksOf(map, {newest});
   for (const KeyframeId target : targets) fuser.FuseInto(target, own);
   fuser.FuseInto(newest, LandmarksOf(map, targets));
+  return fuser.Finish();
+}
+
+FusionCounts FuseSights(Map& map, const MappingContext& context, KeyframeId keyframe,
+                        const std::vector<std::pair<int32_t, LandmarkId>>& sights) {
+  Fuser fuser(map, context);
+  for (const auto& [feature, named] : sights) {
+    const LandmarkId id = map.Resolve(named);
+    if (id.valid() && !Observes(*map.FindLandmark(id), keyframe)) {
+      fuser.Join(id, {keyframe, feature});
+    }
+  }
+  return fuser.Finish();
+}
+
+FusionCounts FuseGroups(Map& map, const MappingContext& context, const std::vector<KeyframeId>& a,
+                        const std::vector<KeyframeId>& b) {
+  Fuser fuser(map, context);
+  const std::vector<LandmarkId> of_a = LandmarksOf(map, a);
+  for (const KeyframeId id : b) fuser.FuseInto(id, of_a);
+  const std::vector<LandmarkId> of_b = LandmarksOf(map, b);
+  for (const KeyframeId id : a) fuser.FuseInto(id, of_b);
   return fuser.Finish();
 }
 

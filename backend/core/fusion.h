@@ -2,6 +2,9 @@
 // tracking missed.
 #pragma once
 
+#include <utility>
+#include <vector>
+
 #include "backend/core/map.h"
 #include "backend/core/mapping_context.h"
 
@@ -17,5 +20,14 @@ struct FusionCounts {
 // feature of another landmark, the one with more observations (on a tie the older) absorbs the
 // other.
 FusionCounts FuseWithNeighbours(Map& map, const MappingContext& context);
+
+// For loop closing: features of `keyframe` show these landmarks. Landmarks that are gone are left
+// out.
+FusionCounts FuseSights(Map& map, const MappingContext& context, KeyframeId keyframe,
+                        const std::vector<std::pair<int32_t, LandmarkId>>& sights);
+
+// For loop closing: each side's landmarks are projected into the other's keyframes.
+FusionCounts FuseGroups(Map& map, const MappingContext& context, const std::vector<KeyframeId>& a,
+                        const std::vector<KeyframeId>& b);
 
 }  // namespace gw::backend

@@ -1,5 +1,6 @@
 #include "backend/core/local_ba.h"
 
+#include <ceres/iteration_callback.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -53,9 +54,21 @@ void Classify(const LocalBaJob& job, bool gate, State& state) {
   }
 }
 
-// One pass over the used sightings. False when the solver failed; the state is then unspecified.
-bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold, State& state,
-               LocalBaResult& result) {
+class StopWhenAsked final : public ceres::IterationCallback {
+ public:
+  explicit StopWhenAsked(const std::atomic<bool>* stop) : stop_(stop) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
+    return stop_->load() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const std::atomic<bool>* stop_;
+};
+
+// One pass over the used sightings. False when the solver failed or was stopped; the state is then
+// unspecified.
+bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
+               const std::atomic<bool>* stop, State& state, LocalBaResult& result) {
   std::deque<ReprojectionCost<2>> mono;  // deques: the costs cannot be moved
   std::deque<ReprojectionCost<3>> stereo;
   std::deque<RelativePoseCost> relative;
@@ -108,6 +121,8 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold, State& st
   options.max_num_iterations = job.iterations;
   options.function_tolerance = kFunctionTolerance;
   options.logging_type = ceres::SILENT;
+  StopWhenAsked stop_when_asked(stop);
+  if (stop != nullptr) options.callbacks.push_back(&stop_when_asked);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   result.iterations += static_cast<int>(summary.iterations.size());
@@ -134,7 +149,7 @@ double Cost(const LocalBaJob& job, const State& state) {
 
 }  // namespace
 
-LocalBaResult SolveLocalBa(const LocalBaJob& job) {
+LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop) {
   LocalBaResult result;
   result.revision = job.revision;
   result.newest = job.newest;
@@ -146,11 +161,11 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job) {
 
   const PoseManifold manifold;
   Classify(job, /*gate=*/false, state);
-  if (!SolvePass(job, manifold, state, result)) return result;
+  if (!SolvePass(job, manifold, stop, state, result)) return result;
   Classify(job, /*gate=*/true, state);
   const auto outliers = std::count(state.use.begin(), state.use.end(), Use::kNothing);
   if (static_cast<double>(outliers) > kNegligibleOutliers * static_cast<double>(state.use.size())) {
-    if (!SolvePass(job, manifold, state, result)) return result;
+    if (!SolvePass(job, manifold, stop, state, result)) return result;
     Classify(job, /*gate=*/true, state);
   }
 

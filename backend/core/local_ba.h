@@ -8,6 +8,7 @@
 // Bounded by iteration counts only; the same job gives the same bytes.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -76,6 +77,8 @@ struct LocalBaResult {
   double cost_before = 0, cost_after = 0;  // robust cost of the sightings kept to the end, and DR
 };
 
-LocalBaResult SolveLocalBa(const LocalBaJob& job);
+// Global BA is the same over the whole map. It takes seconds: when `stop` (may be null) turns true,
+// the solve ends at its next iteration, and the result is not usable.
+LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace gw::backend

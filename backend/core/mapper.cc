@@ -35,6 +35,17 @@ Result<Mapper> Mapper::Create(const BackendConfig& config, const FrontendConfig&
   return Mapper(MappingContext::Make(config, frontend, camera), std::move(map), use);
 }
 
+Mapper::Mapper(const MappingContext& context, Map map, MapUse use)
+    : context_(context), map_(std::move(map)), use_(use) {
+  for (const auto& [id, keyframe] : map_.keyframes()) loops_.File(keyframe.frame);
+}
+
+MapUpdate Mapper::Commit() {
+  MapUpdate update = map_.Commit();
+  for (const KeyframeRemoval& removal : update.removed_keyframes) loops_.Forget(removal.id);
+  return update;
+}
+
 void Mapper::RememberMove(int64_t revision, KeyframeId id, const SE3& T_WC_before) {
   moves_.push_back({revision, id, T_WC_before});
   if (moves_.size() > kMaxMoves) moves_.pop_front();
@@ -113,6 +124,7 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
     ++counters_.dr_rejected;  // the map drops it
   usable.T_WC = CarriedPose(keyframe);
   map_.AddKeyframe(usable);
+  loops_.File(usable);
   TakeObservations(usable);
   counters_.landmarks_culled += CullYoungLandmarks(map_, context_);
   const int triangulated = TriangulateNewLandmarks(map_, context_);
@@ -122,7 +134,7 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   counters_.landmarks_merged += fused.merged;
   counters_.observations_found += fused.observations;
 
-  out.update = map_.Commit();
+  out.update = Commit();
   RememberMove(out.update->revision, keyframe.id, keyframe.T_WC);
   ++counters_.keyframes_inserted;
   out.status = InsertResult::Status::kInserted;
@@ -188,6 +200,14 @@ std::optional<MapUpdate> Mapper::Apply(const LocalBaResult& result) {
     ++counters_.local_ba_stale;
     return std::nullopt;
   }
+  TakeOver(result);
+  ++counters_.local_ba_applied;
+  MapUpdate update = Commit();
+  poses_moved_revision_ = update.revision;
+  return update;
+}
+
+void Mapper::TakeOver(const LocalBaResult& result) {
   CarryAlong(result);
   for (const auto& moved : result.landmarks) {
     if (map_.FindLandmark(moved.id) != nullptr) map_.MutableLandmark(moved.id).p_W = moved.p_W;
@@ -211,8 +231,57 @@ std::optional<MapUpdate> Mapper::Apply(const LocalBaResult& result) {
     if (to != nullptr && to->frame.previous == edge.from) map_.SetDrAlpha(edge.to, edge.alpha);
   }
   counters_.keyframes_culled += CullRedundantKeyframes(map_, context_);
-  ++counters_.local_ba_applied;
-  MapUpdate update = map_.Commit();
+}
+
+std::optional<LoopGraphJob> Mapper::CloseLoop() {
+  const auto loop = loops_.Detect(map_, context_);
+  if (!loop) return std::nullopt;
+  return loops_.CutGraph(map_, context_, *loop);
+}
+
+std::optional<MapUpdate> Mapper::Apply(const LoopGraphResult& result) {
+  if (!result.graph.usable) return std::nullopt;
+  const auto kept =
+      std::count(result.graph.group_kept.begin(), result.graph.group_kept.end(), uint8_t{1});
+  if (!result.closed() && kept + 1 == std::ssize(result.loops)) {
+    loops_.Settle(map_, context_, result);  // only counts
+    return std::nullopt;
+  }
+  // Corrections, not poses: what local BA did meanwhile stays.
+  LocalBaResult moved;
+  moved.newest = result.newest;
+  for (size_t i = 0; i < result.ids.size(); ++i) {
+    const MapKeyframe* keyframe = map_.FindKeyframe(result.ids[i]);
+    if (keyframe == nullptr) continue;
+    moved.keyframes.push_back({result.ids[i], result.T_correction[i] * keyframe->frame.T_WC});
+  }
+  LoopEvent event{result.loops.back().newer, result.loops.back().older, result.closed(), {}};
+  const auto at = std::lower_bound(result.ids.begin(), result.ids.end(), event.from);
+  event.T_correction = result.T_correction[static_cast<size_t>(at - result.ids.begin())];
+  CarryAlong(moved);
+  loops_.Settle(map_, context_, result);
+  MapUpdate update = Commit();
+  update.loops.push_back(event);
+  poses_moved_revision_ = loop_revision_ = update.revision;
+  return update;
+}
+
+std::optional<LocalBaJob> Mapper::BuildGlobalJob() const {
+  return CutWholeMap(map_, context_);
+}
+
+std::optional<MapUpdate> Mapper::ApplyGlobal(const LocalBaResult& result) {
+  if (!result.usable) {
+    ++counters_.global_ba_failed;
+    return std::nullopt;
+  }
+  if (result.revision < loop_revision_) {
+    ++counters_.global_ba_stale;
+    return std::nullopt;
+  }
+  TakeOver(result);
+  ++counters_.global_ba_applied;
+  MapUpdate update = Commit();
   poses_moved_revision_ = update.revision;
   return update;
 }

@@ -3,6 +3,9 @@
 //   Insert(keyframe)            at once: the update that takes it in
 //   BuildJob() -> SolveLocalBa  local bundle adjustment; Solve may run on another thread, while
 //   Apply(result)               further keyframes are inserted
+//   CloseLoop() -> SolveLoopGraph   after an insertion: the same for a loop, when there is one
+//   Apply(result)
+//   BuildGlobalJob() -> SolveLocalBa, ApplyGlobal(result)   after a loop was closed
 //
 // Every change of the map is one MapUpdate with the next revision. Keyframes come from another
 // process: whatever they hold is rejected and counted, never trusted. Single-threaded, no clocks;
@@ -14,6 +17,7 @@
 
 #include "backend/core/keyframe_check.h"
 #include "backend/core/local_ba.h"
+#include "backend/core/loop/loop_closer.h"
 #include "backend/core/map.h"
 #include "backend/core/mapping_context.h"
 #include "common/core/result.h"
@@ -39,6 +43,9 @@ struct MapperCounters {
   int64_t local_ba_applied = 0;
   int64_t local_ba_stale = 0;  // the map was changed under the job
   int64_t local_ba_failed = 0;
+  int64_t global_ba_applied = 0;
+  int64_t global_ba_stale = 0;  // a loop was closed meanwhile
+  int64_t global_ba_failed = 0;
 };
 
 enum class MapUse {
@@ -72,6 +79,16 @@ class Mapper {
   // Empty when the result is stale or not usable (counted).
   std::optional<MapUpdate> Apply(const LocalBaResult& result);
 
+  // Empty when the newest keyframe closes no loop.
+  std::optional<LoopGraphJob> CloseLoop();
+  // Empty when the graph was not solved, or showed the loop to be wrong and changed nothing else.
+  std::optional<MapUpdate> Apply(const LoopGraphResult& result);
+
+  // The whole map; its result goes to ApplyGlobal.
+  std::optional<LocalBaJob> BuildGlobalJob() const;
+  // Empty when a loop was closed since the job was cut, or the result is not usable (counted).
+  std::optional<MapUpdate> ApplyGlobal(const LocalBaResult& result);
+
   // Answers a MapRequest: the whole map, or with a guess at most kSnapshotKeyframes keyframes
   // nearest to it and the landmarks they observe. Does not change the revision.
   static constexpr size_t kSnapshotKeyframes = 200;
@@ -79,20 +96,24 @@ class Mapper {
 
   const Map& map() const { return map_; }
   const MapperCounters& counters() const { return counters_; }
+  const LoopCounters& loop_counters() const { return loops_.counters(); }
 
  private:
-  Mapper(const MappingContext& context, Map map, MapUse use)
-      : context_(context), map_(std::move(map)), use_(use) {}
+  Mapper(const MappingContext& context, Map map, MapUse use);
 
   SE3 CarriedPose(const Keyframe& keyframe) const;
   void TakeObservations(const Keyframe& keyframe);
   void CarryAlong(const LocalBaResult& result);
+  void TakeOver(const LocalBaResult& result);
+  MapUpdate Commit();
 
   MappingContext context_;
   Map map_;
   MapUse use_;
+  LoopCloser loops_;
   MapperCounters counters_;
   int64_t poses_moved_revision_ = 0;  // the last one in which keyframes moved
+  int64_t loop_revision_ = 0;         // the last one in which a loop was closed
 
   // Where keyframes were before they moved, newest last: a keyframe that was tracked in an older
   // map follows its predecessor's move. Bounded.

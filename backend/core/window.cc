@@ -1,6 +1,5 @@
 #include "backend/core/window.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <map>
 #include <set>
@@ -14,6 +13,7 @@ namespace {
 constexpr int kTemporalAlways = 5;      // predecessors in time that belong to every window
 constexpr int kTemporalWhileWeak = 60;  // and at most so many while vision binds them weakly
 constexpr double kWeakLack = 0.5;       // smoothed 1 - Q from which an edge counts as weak
+constexpr int kGlobalIterations = 20;   // of global BA, per pass
 constexpr int kFewestNeighbours = 3;    // taken even below the covisibility threshold
 
 // The covisible part: the newest keyframe and its best neighbours.
@@ -72,11 +72,35 @@ std::vector<KeyframeId> Onlookers(const Map& map, const std::vector<LandmarkId>&
   return out;
 }
 
-// Upper triangular S with S^T S = alpha * inv(cov).
-Matrix6d SqrtInformation(const Matrix6d& cov, double alpha) {
-  const Eigen::LLT<Matrix6d> llt(cov);
-  const Matrix6d information = alpha * llt.solve(Matrix6d::Identity());
-  return Eigen::LLT<Matrix6d>(0.5 * (information + information.transpose())).matrixU();
+using Index = std::map<KeyframeId, int32_t>;  // into the job's keyframes
+
+void AddSightings(const Map& map, const MappingContext& context,
+                  const std::vector<LandmarkId>& landmarks, const Index& index, LocalBaJob& job) {
+  for (const LandmarkId id : landmarks) {
+    const Landmark& landmark = *map.FindLandmark(id);
+    const size_t first = job.sightings.size();
+    for (const Observation& observation : landmark.observations) {
+      const auto keyframe = index.find(observation.keyframe);
+      if (keyframe == index.end()) continue;
+      const auto& features = map.FindKeyframe(observation.keyframe)->frame.features;
+      const size_t feature = static_cast<size_t>(observation.feature_index);
+      if (feature >= features.size()) continue;
+      job.sightings.push_back({keyframe->second, static_cast<int32_t>(job.landmarks.size()),
+                               context.Measurement(features[feature])});
+    }
+    if (job.sightings.size() - first < 2) {
+      job.sightings.resize(first);
+    } else {
+      job.landmarks.push_back({id, landmark.p_W});
+    }
+  }
+}
+
+void AddDrEdge(const MappingContext& context, const MapKeyframe& to, const Index& index,
+               double alpha, LocalBaJob& job) {
+  const DrMotion motion = CameraMotion(*to.frame.dr, context.camera.T_BC, context.dr_weight);
+  job.dr_edges.push_back({index.at(to.frame.previous), index.at(to.frame.id), motion.T_CaCb,
+                          SqrtInformation(motion.cov, alpha), alpha});
 }
 
 }  // namespace
@@ -118,31 +142,13 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
   job.newest = map.newest_keyframe();
   job.camera = context.camera;
   job.iterations = context.config.local_ba_iterations;
-  std::map<KeyframeId, int32_t> index;
+  Index index;
   for (const auto& [id, is_fixed] : fixed) {
     index[id] = static_cast<int32_t>(job.keyframes.size());
     job.keyframes.push_back({id, map.FindKeyframe(id)->frame.T_WC, is_fixed});
   }
 
-  for (const LandmarkId id : landmarks) {
-    const Landmark& landmark = *map.FindLandmark(id);
-    const size_t first = job.sightings.size();
-    for (const Observation& observation : landmark.observations) {
-      const auto keyframe = index.find(observation.keyframe);
-      if (keyframe == index.end()) continue;
-      const auto& features = map.FindKeyframe(observation.keyframe)->frame.features;
-      const size_t feature = static_cast<size_t>(observation.feature_index);
-      if (feature >= features.size()) continue;
-      job.sightings.push_back({keyframe->second, static_cast<int32_t>(job.landmarks.size()),
-                               context.Measurement(features[feature])});
-    }
-    if (job.sightings.size() - first < 2) {
-      job.sightings.resize(first);
-    } else {
-      job.landmarks.push_back({id, landmark.p_W});
-    }
-  }
-
+  AddSightings(map, context, landmarks, index, job);
   if (!use_dr) return job;
   for (const auto& [id, is_fixed] : fixed) {
     const MapKeyframe& keyframe = *map.FindKeyframe(id);
@@ -152,10 +158,29 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
     const double alpha =
         DrScale(SmoothedLack(map, id, reference), context.variant, context.dr_weight);
     if (!(alpha > 0)) continue;
-    const DrMotion motion =
-        CameraMotion(*keyframe.frame.dr, context.camera.T_BC, context.dr_weight);
-    job.dr_edges.push_back(
-        {from->second, index.at(id), motion.T_CaCb, SqrtInformation(motion.cov, alpha), alpha});
+    AddDrEdge(context, keyframe, index, alpha, job);
+  }
+  return job;
+}
+
+std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& context) {
+  if (map.keyframes().size() < 2) return std::nullopt;
+  LocalBaJob job;
+  job.revision = map.revision();
+  job.newest = map.newest_keyframe();
+  job.camera = context.camera;
+  job.iterations = kGlobalIterations;
+  Index index;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    index[id] = static_cast<int32_t>(job.keyframes.size());
+    job.keyframes.push_back({id, keyframe.frame.T_WC, job.keyframes.empty()});
+  }
+  AddSightings(map, context, map.SortedLandmarkIds(), index, job);
+  if (!DrInGlobalBa(context.variant)) return job;
+  const double reference = ConnectionReference(map, context.dr_weight);
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    const double alpha = DrEdgeScale(map, context, id, reference);
+    if (alpha > 0) AddDrEdge(context, keyframe, index, alpha, job);
   }
   return job;
 }

@@ -1,38 +1,82 @@
 #include "tools/slam/backend_schedule.h"
 
 namespace gw::tools {
+namespace {
+
+// Global BA on one quiet core, 20 iterations (docs/results.md).
+constexpr int64_t kGlobalUsPerSighting = 40;
+
+}  // namespace
 
 void BackendSchedule::StartJob(Utime now) {
-  const auto job = mapper_.BuildJob();
-  dirty_ = false;
-  if (!job) return;
-  running_ = backend::SolveLocalBa(*job);
+  if (loop_) {
+    graph_ = backend::SolveLoopGraph(*loop_);
+    loop_.reset();
+  } else if (dirty_) {
+    dirty_ = false;
+    if (const auto job = mapper_.BuildJob()) local_ = backend::SolveLocalBa(*job);
+  }
   ends_ = now + latency_;
+}
+
+void BackendSchedule::StartGlobal(Utime now) {
+  global_.reset();
+  const auto job = mapper_.BuildGlobalJob();
+  if (!job) return;
+  global_ = backend::SolveLocalBa(*job);
+  global_ends_ = now + DurationUs{kGlobalUsPerSighting * std::ssize(job->sightings)};
+}
+
+std::optional<MapUpdate> BackendSchedule::EndJob() {
+  std::optional<MapUpdate> update;
+  if (graph_) {
+    update = mapper_.Apply(*graph_);
+    if (graph_->closed()) StartGlobal(ends_);
+  } else {
+    update = mapper_.Apply(*local_);
+  }
+  graph_.reset();
+  local_.reset();
+  StartJob(ends_);
+  return update;
+}
+
+std::optional<MapUpdate> BackendSchedule::EndGlobal() {
+  auto update = mapper_.ApplyGlobal(*global_);
+  global_.reset();
+  return update;
 }
 
 std::vector<MapUpdate> BackendSchedule::Insert(const Keyframe& keyframe, Utime now) {
   std::vector<MapUpdate> updates = AdvanceTo(now);
   backend::InsertResult inserted = mapper_.Insert(keyframe);
-  if (inserted.update) updates.push_back(std::move(*inserted.update));
+  if (inserted.update) {
+    updates.push_back(std::move(*inserted.update));
+    if (!loop_ && !graph_) loop_ = mapper_.CloseLoop();
+  }
   dirty_ = true;
-  if (!running_) StartJob(now);
+  if (!local_ && !graph_) StartJob(now);
   return updates;
 }
 
 std::vector<MapUpdate> BackendSchedule::AdvanceTo(Utime now) {
   std::vector<MapUpdate> updates;
-  while (running_ && ends_ <= now) {
-    if (auto update = mapper_.Apply(*running_)) updates.push_back(std::move(*update));
-    running_.reset();
-    if (dirty_) StartJob(ends_);
+  const auto take = [&](std::optional<MapUpdate> update) {
+    if (update) updates.push_back(std::move(*update));
+  };
+  while (true) {
+    const bool job = (local_ || graph_) && ends_ <= now;
+    const bool global = global_ && global_ends_ <= now;
+    if (!job && !global) return updates;
+    take(job && (!global || ends_ <= global_ends_) ? EndJob() : EndGlobal());
   }
-  return updates;
 }
 
 std::vector<MapUpdate> BackendSchedule::Finish() {
   std::vector<MapUpdate> updates;
-  while (running_) {
-    for (MapUpdate& update : AdvanceTo(ends_)) updates.push_back(std::move(update));
+  while (local_ || graph_ || global_) {
+    const Utime next = local_ || graph_ ? ends_ : global_ends_;
+    for (MapUpdate& update : AdvanceTo(next)) updates.push_back(std::move(update));
   }
   return updates;
 }

@@ -1,9 +1,10 @@
 // The back-end on the clock of the log: decides at which log time each of its results exists, so
 // that gw-slam is deterministic and yet behaves like the live processes.
 //
-// A keyframe is inserted when it arrives; the update that takes it in leaves at once. Local BA
-// starts when none is running and ends `latency` later; keyframes that arrive meanwhile wait for
-// the next.
+// A keyframe is inserted when it arrives, and loops are looked for; the update that takes it in
+// leaves at once. One worker does local BA and the pose graphs of loops, which go first: each ends
+// `latency` after it began; keyframes that arrive meanwhile wait for the next. A second worker does
+// global BA after each closed loop, in a time that follows from its size; a newer loop abandons it.
 #pragma once
 
 #include <optional>
@@ -28,12 +29,23 @@ class BackendSchedule {
 
  private:
   void StartJob(Utime now);
+  void StartGlobal(Utime now);
+  std::optional<MapUpdate> EndJob();
+  std::optional<MapUpdate> EndGlobal();
 
   backend::Mapper mapper_;
   DurationUs latency_;
-  bool dirty_ = false;  // keyframes came since the last job was cut
-  std::optional<backend::LocalBaResult> running_;
+  bool dirty_ = false;  // keyframes came since the last local BA job was cut
+  std::optional<backend::LoopGraphJob> loop_;  // waits for the worker
+
+  // The first worker: one of the two, until ends_.
+  std::optional<backend::LocalBaResult> local_;
+  std::optional<backend::LoopGraphResult> graph_;
   Utime ends_;
+
+  // The second worker.
+  std::optional<backend::LocalBaResult> global_;
+  Utime global_ends_;
 };
 
 }  // namespace gw::tools

@@ -91,6 +91,7 @@ std::string Report(const RobotConfig& config, const RunDescription& run,
                    const SlamSession& session) {
   std::ostringstream out;
   const backend::MapperCounters& map = session.mapper().counters();
+  const backend::LoopCounters& loops = session.mapper().loop_counters();
   out << "{\n  \"program\": \"gw-slam\",\n  \"version\": \"" << Version() << "\",\n";
   out << "  \"log\": \"" << run.log_name << "\",\n  \"robot\": \"" << config.robot.name << "\",\n";
   out << Format("  \"config_hash\": \"%016" PRIx64 "\",\n", ConfigHash(config));
@@ -115,7 +116,12 @@ std::string Report(const RobotConfig& config, const RunDescription& run,
       << ", \"landmarks_merged\": " << map.landmarks_merged
       << ", \"landmarks_culled\": " << map.landmarks_culled
       << ", \"local_ba_applied\": " << map.local_ba_applied
-      << ", \"local_ba_failed\": " << map.local_ba_failed << "},\n  \"laps\": [";
+      << ", \"local_ba_failed\": " << map.local_ba_failed << "},\n  \"loops\": {"
+      << "\"candidates\": " << loops.candidates << ", \"fits\": " << loops.fits
+      << ", \"inconsistent\": " << loops.inconsistent
+      << ", \"refused_by_dr\": " << loops.refused_by_dr << ", \"closed\": " << loops.closed
+      << ", \"removed\": " << loops.removed << ", \"global_ba_applied\": " << map.global_ba_applied
+      << ", \"global_ba_failed\": " << map.global_ba_failed << "},\n  \"laps\": [";
   for (const Lap& lap : run.laps.laps) {
     out << (&lap == run.laps.laps.data() ? "\n" : ",\n")
         << "    {\"images\": " << lap.frames_end - lap.frames_begin

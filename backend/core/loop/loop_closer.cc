@@ -1,0 +1,183 @@
+#include "backend/core/loop/loop_closer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "backend/core/dr_edge.h"
+#include "backend/core/dr_weights.h"
+#include "backend/core/fusion.h"
+#include "backend/core/landmark_state.h"
+
+namespace gw::backend {
+namespace {
+
+constexpr int64_t kRest = 5;          // keyframes after a loop before the next is looked for
+constexpr int kStrongShared = 60;     // landmarks that make a covisibility edge of the graph
+constexpr int32_t kSideReach = 15;    // keyframes around a loop's end that belong to its side
+// Spread of a relative pose between keyframes that share 100 landmarks; only its ratio to the
+// others matters.
+constexpr double kVisualTranslation = 0.003;  // m
+constexpr double kVisualRotation = 0.001;     // rad
+
+Matrix6d VisualSqrtInformation(int shared) {
+  const double scale = std::sqrt(shared / 100.0);
+  Vector6d s;
+  s << Eigen::Vector3d::Constant(scale / kVisualTranslation),
+      Eigen::Vector3d::Constant(scale / kVisualRotation);
+  return s.asDiagonal();
+}
+
+// Keeps together what neither vision nor dead reckoning ties: 1 m, 1 rad.
+Matrix6d LooseSqrtInformation() {
+  return Matrix6d::Identity();
+}
+
+using Index = std::map<KeyframeId, int32_t>;
+
+// The loop that a covisibility edge owes its existence to, or -1.
+int32_t LoopAcross(const std::vector<Loop>& loops, const Index& index, int32_t a, int32_t b) {
+  for (size_t g = 0; g < loops.size(); ++g) {
+    const auto older = index.lower_bound(loops[g].older);
+    const auto newer = index.lower_bound(loops[g].newer);
+    if (older == index.end() || newer == index.end()) continue;
+    if (std::abs(a - older->second) <= kSideReach && std::abs(b - newer->second) <= kSideReach) {
+      return static_cast<int32_t>(g);
+    }
+  }
+  return -1;
+}
+
+// Keyframes around one end of a loop, by order of creation.
+std::set<KeyframeId> Side(const Map& map, KeyframeId end) {
+  std::set<KeyframeId> out;
+  auto it = map.keyframes().lower_bound(end);
+  for (int i = 0; i < kSideReach && it != map.keyframes().begin(); ++i) --it;
+  for (int i = 0; i <= 2 * kSideReach && it != map.keyframes().end(); ++i, ++it) {
+    out.insert(it->first);
+  }
+  return out;
+}
+
+// Landmarks that both sides observe keep only their older observations.
+void Part(Map& map, const MappingContext& context, const Loop& loop) {
+  const std::set<KeyframeId> older = Side(map, loop.older);
+  std::set<KeyframeId> newer = Side(map, loop.newer);
+  std::erase_if(newer, [&](KeyframeId id) { return older.contains(id); });
+  std::set<LandmarkId> touched;
+  for (const KeyframeId id : newer) {
+    const std::vector<LandmarkId> observed = map.FindKeyframe(id)->frame.landmarks;
+    for (const LandmarkId landmark : observed) {
+      if (!landmark.valid()) continue;
+      const auto& observations = map.FindLandmark(landmark)->observations;
+      const bool across =
+          std::any_of(observations.begin(), observations.end(),
+                      [&](const Observation& o) { return older.contains(o.keyframe); });
+      if (!across) continue;
+      map.RemoveObservation(landmark, id);
+      touched.insert(landmark);
+    }
+  }
+  for (const LandmarkId id : touched) {
+    RefreshGeometry(map, context, id);
+    RefreshDescriptor(map, id);
+  }
+}
+
+}  // namespace
+
+LoopGraphResult SolveLoopGraph(const LoopGraphJob& job) {
+  LoopGraphResult out;
+  out.newest = job.newest;
+  out.ids = job.ids;
+  out.loops = job.loops;
+  out.graph = SolvePoseGraph(job.graph);
+  if (!out.graph.usable) return out;
+  for (size_t i = 0; i < job.ids.size(); ++i) {
+    out.T_correction.push_back(out.graph.T_WC[i] * job.graph.nodes[i].T_WC.inverse());
+  }
+  return out;
+}
+
+std::optional<Loop> LoopCloser::Detect(const Map& map, const MappingContext& context) {
+  if (map.newest_keyframe().value < rest_until_) return std::nullopt;
+  return DetectLoop(map, context, places_, counters_);
+}
+
+LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
+                                  const Loop& loop) const {
+  LoopGraphJob job;
+  job.newest = map.newest_keyframe();
+  job.loops = loops_;
+  std::erase_if(job.loops, [&](const Loop& l) {
+    return map.FindKeyframe(l.older) == nullptr || map.FindKeyframe(l.newer) == nullptr;
+  });
+  job.loops.push_back(loop);
+  Index index;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    index[id] = static_cast<int32_t>(job.ids.size());
+    job.graph.nodes.push_back({keyframe.frame.T_WC, job.ids.empty()});
+    job.ids.push_back(id);
+  }
+  const double reference = ConnectionReference(map, context.dr_weight);
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    const int32_t to = index.at(id);
+    bool rooted = to == 0;
+    for (const auto& [other, shared] : map.Neighbours(id, 1)) {
+      if (other > id) continue;
+      if (rooted && shared < kStrongShared) break;
+      rooted = true;
+      const int32_t from = index.at(other);
+      job.graph.edges.push_back(
+          {from, to, map.FindKeyframe(other)->frame.T_WC.inverse() * keyframe.frame.T_WC,
+           VisualSqrtInformation(shared), LoopAcross(job.loops, index, from, to)});
+    }
+    const double alpha = DrEdgeScale(map, context, id, reference);
+    if (alpha > 0) {
+      const DrMotion motion =
+          CameraMotion(*keyframe.frame.dr, context.camera.T_BC, context.dr_weight);
+      job.graph.edges.push_back({index.at(keyframe.frame.previous), to, motion.T_CaCb,
+                                 SqrtInformation(motion.cov, alpha), -1});
+    } else if (!rooted) {
+      job.graph.edges.push_back({to - 1, to,
+                                 job.graph.nodes[to - 1].T_WC.inverse() * keyframe.frame.T_WC,
+                                 LooseSqrtInformation(), -1});
+    }
+  }
+  for (size_t g = 0; g < job.loops.size(); ++g) {
+    const Loop& l = job.loops[g];
+    job.graph.edges.push_back({index.at(l.older), index.at(l.newer), l.T_OlderNewer,
+                               l.sqrt_information, static_cast<int32_t>(g)});
+  }
+  job.graph.num_groups = static_cast<int32_t>(job.loops.size());
+  return job;
+}
+
+void LoopCloser::Settle(Map& map, const MappingContext& context, const LoopGraphResult& result) {
+  loops_.clear();
+  const auto in_map = [&](const Loop& loop) {
+    return map.FindKeyframe(loop.older) != nullptr && map.FindKeyframe(loop.newer) != nullptr;
+  };
+  for (size_t g = 0; g < result.loops.size(); ++g) {
+    const Loop& loop = result.loops[g];
+    const bool is_new = g + 1 == result.loops.size();
+    if (result.graph.group_kept[g] == 0) {
+      ++counters_.removed;
+      if (!is_new && in_map(loop)) Part(map, context, loop);
+      continue;
+    }
+    loops_.push_back(loop);
+    loops_.back().sights.clear();
+    if (!is_new) continue;
+    ++counters_.closed;
+    rest_until_ = result.newest.value + kRest;
+    if (!in_map(loop)) continue;
+    std::vector<std::pair<int32_t, LandmarkId>> sights;
+    for (const auto& sight : loop.sights) sights.emplace_back(sight.feature, sight.landmark);
+    FuseSights(map, context, loop.newer, sights);
+    FuseGroups(map, context, PlaceGroup(map, loop.newer), PlaceGroup(map, loop.older));
+  }
+}
+
+}  // namespace gw::backend

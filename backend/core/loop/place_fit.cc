@@ -1,0 +1,154 @@
+#include "backend/core/loop/place_fit.h"
+
+#include <algorithm>
+#include <map>
+
+#include "backend/core/matching.h"
+#include "common/vision/pose_optimizer.h"
+#include "common/vision/pose_ransac.h"
+
+namespace gw::backend {
+namespace {
+
+constexpr uint64_t kStream = 0x706C6163;
+constexpr int kMaxDistance = 60;     // Hamming, of a pair before geometry
+constexpr double kMaxRatio = 0.85;   // best to second best landmark
+constexpr int kFewestAgreeing = 12;  // pairs that RANSAC must reconcile
+constexpr int kGuidedRounds = 2;
+
+std::vector<const Landmark*> LandmarksOf(const Map& map, const std::vector<KeyframeId>& group) {
+  std::vector<LandmarkId> ids;
+  for (const KeyframeId id : group) {
+    const MapKeyframe* keyframe = map.FindKeyframe(id);
+    if (keyframe == nullptr) continue;
+    for (const LandmarkId landmark : keyframe->frame.landmarks) {
+      if (landmark.valid()) ids.push_back(landmark);
+    }
+  }
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<const Landmark*> out;
+  out.reserve(ids.size());
+  for (const LandmarkId id : ids) out.push_back(map.FindLandmark(id));
+  return out;
+}
+
+// Features with depth and the landmarks they look like, each landmark at most once.
+std::vector<PointPair> PairUp(const MappingContext& context, const Keyframe& image,
+                              const std::vector<const Landmark*>& landmarks) {
+  struct Best {
+    int distance = 257;
+    size_t feature = 0;
+  };
+  std::vector<Best> best_of(landmarks.size());
+  for (size_t i = 0; i < image.features.size(); ++i) {
+    if (!image.features[i].has_depth()) continue;
+    int first = 257;
+    int second = 257;
+    size_t chosen = 0;
+    for (size_t k = 0; k < landmarks.size(); ++k) {
+      const int d = HammingDistance(image.descriptors[i], landmarks[k]->descriptor);
+      if (d < first) {
+        second = first;
+        first = d;
+        chosen = k;
+      } else if (d < second) {
+        second = d;
+      }
+    }
+    if (first > kMaxDistance || first > kMaxRatio * second) continue;
+    if (first < best_of[chosen].distance) best_of[chosen] = {first, i};
+  }
+  std::vector<PointPair> pairs;
+  for (size_t k = 0; k < landmarks.size(); ++k) {
+    if (best_of[k].distance > kMaxDistance) continue;
+    const Feature& f = image.features[best_of[k].feature];
+    pairs.push_back({context.camera.Unproject(f.u, f.v, f.depth),
+                     landmarks[k]->p_W,
+                     {f.u, f.v},
+                     4.0 * context.level_scale[f.level]});
+  }
+  return pairs;
+}
+
+struct GuidedMatch {
+  const Landmark* landmark = nullptr;
+  int distance = 257;
+};
+
+// Feature -> the landmark that it shows when the image was taken at T_WC.
+std::map<int, GuidedMatch> SearchGuided(const MappingContext& context, const MapKeyframe& image,
+                                        const std::vector<const Landmark*>& landmarks,
+                                        const SE3& T_WC, int* num_expected) {
+  std::map<int, GuidedMatch> out;
+  std::vector<int> scratch;
+  const SE3 T_CW = T_WC.inverse();
+  *num_expected = 0;
+  for (const Landmark* landmark : landmarks) {
+    const auto expected = Sight(context, *landmark, T_WC, T_CW);
+    if (!expected) continue;
+    ++*num_expected;
+    const int feature = FindFeature(context, *landmark, *expected, image, scratch);
+    if (feature < 0) continue;
+    const int distance =
+        HammingDistance(landmark->descriptor, image.frame.descriptors[feature]);
+    GuidedMatch& match = out[feature];
+    if (distance < match.distance) match = {landmark, distance};
+  }
+  return out;
+}
+
+PoseObservation Observe(const MappingContext& context, const Feature& f,
+                        const Eigen::Vector3d& p_W) {
+  const double scale = context.level_scale[f.level];
+  return {p_W, f.u, f.v, f.u_right, f.has_depth(), 1.0 / (scale * scale)};
+}
+
+}  // namespace
+
+std::vector<KeyframeId> PlaceGroup(const Map& map, KeyframeId centre) {
+  std::vector<KeyframeId> group{centre};
+  for (const auto& [id, shared] : map.Neighbours(centre, 1)) {
+    if (group.size() == kGroupSize) break;
+    group.push_back(id);
+  }
+  return group;
+}
+
+std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
+                                 const MapKeyframe& image, const std::vector<KeyframeId>& group,
+                                 uint64_t seed) {
+  const std::vector<const Landmark*> landmarks = LandmarksOf(map, group);
+  const auto hypothesis =
+      FindPose(context.camera, PairUp(context, image.frame, landmarks), kFewestAgreeing,
+               CounterRng(seed, kStream, 0));
+  if (!hypothesis) return std::nullopt;
+  PlaceFit out;
+  out.T_WC = hypothesis->T_WC;
+  for (int round = 0; round < kGuidedRounds; ++round) {
+    const auto matches =
+        SearchGuided(context, image, landmarks, out.T_WC, &out.num_expected);
+    std::vector<PoseObservation> observations;
+    std::vector<PlaceFit::Sight> sights;
+    for (const auto& [feature, match] : matches) {
+      observations.push_back(Observe(context, image.frame.features[feature], match.landmark->p_W));
+      sights.push_back({feature, match.landmark->id});
+    }
+    if (static_cast<int>(sights.size()) < kFewestAgreeing) return std::nullopt;
+    const PoseEstimate estimate =
+        OptimizePose(context.camera, out.T_WC, observations, std::nullopt);
+    out.T_WC = estimate.T_WC;
+    out.information = estimate.vision_information;
+    out.sights.clear();
+    for (size_t i = 0; i < sights.size(); ++i) {
+      if (estimate.inlier[i] != 0) out.sights.push_back(sights[i]);
+    }
+  }
+  const int n = static_cast<int>(out.sights.size());
+  if (n < kFewestSights || n < kFewestShare * out.num_expected || !out.T_WC.IsFinite()) {
+    return std::nullopt;
+  }
+  return out;
+}
+
+}  // namespace gw::backend

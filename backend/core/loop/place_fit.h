@@ -1,0 +1,40 @@
+// Was this image taken here? Geometric verification of an image against a part of the map.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "backend/core/map.h"
+#include "backend/core/mapping_context.h"
+
+namespace gw::backend {
+
+struct PlaceFit {
+  SE3 T_WC;                                // of the image, in the map as it stands
+  Matrix6d information = Matrix6d::Zero();  // of the right perturbation; the landmarks taken as exact
+  struct Sight {
+    int32_t feature = 0;
+    LandmarkId landmark;
+  };
+  std::vector<Sight> sights;  // that agree with the pose; sorted by feature
+  int num_expected = 0;       // landmarks of the group that should be in sight
+};
+
+// A fit counts from this many sights on, and when it sees this share of what it should: a poster
+// that hangs in two places gives many sights, but not of what surrounds it.
+inline constexpr int kFewestSights = 30;
+inline constexpr double kFewestShare = 0.25;
+
+// image: features, descriptors and grid are used. group: keyframes whose landmarks are tried.
+// Descriptors are paired all against all, RANSAC finds the pose that explains most pairs (draws
+// depend only on `seed`), then the pose guides a search for the other landmarks, and is optimised.
+std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
+                                 const MapKeyframe& image, const std::vector<KeyframeId>& group,
+                                 uint64_t seed);
+
+// `centre` and the keyframes that share most landmarks with it, at most kGroupSize.
+inline constexpr size_t kGroupSize = 12;
+std::vector<KeyframeId> PlaceGroup(const Map& map, KeyframeId centre);
+
+}  // namespace gw::backend

@@ -95,6 +95,9 @@ Keyframe World::Make(int k, const Map& map, bool blind) {
   if (out.previous.value == k && k > 0) out.dr = Dr(k);
   CounterRng pose_rng(options_.seed, kPose, static_cast<uint64_t>(k));
   out.T_WC = TrueT_WC(k);
+  if (options_.memory_keyframes > 0 && previous != nullptr) {
+    out.T_WC = previous->frame.T_WC * TrueT_WC(k - 1).inverse() * TrueT_WC(k);
+  }
   if (k > 0) {
     out.T_WC = out.T_WC * SE3::Exp(Noise(pose_rng, options_.pose_sigma_m, options_.pose_sigma_rad));
   }
@@ -138,8 +141,14 @@ Keyframe World::Make(int k, const Map& map, bool blind) {
     LandmarkId landmark;
     const int index = static_cast<int>(out.features.size());
     const auto known = landmark_of_point_.find(static_cast<int>(i));
-    const LandmarkId resolved =
+    LandmarkId resolved =
         known == landmark_of_point_.end() ? LandmarkId{} : map.Resolve(known->second);
+    if (options_.memory_keyframes > 0 && resolved.valid()) {
+      const auto& observations = map.FindLandmark(resolved)->observations;
+      if (observations.back().keyframe.value < out.id.value - options_.memory_keyframes) {
+        resolved = {};
+      }
+    }
     const bool associated = rng.Uniform() < options_.association_share;
     const bool outlier = rng.Uniform() < options_.outlier_share;
     if (resolved.valid() && associated) {

@@ -30,9 +30,9 @@ struct WorldOptions {
   double half_x = 4, half_y = 3, height = 2.5;  // m; the room
   double radius = 1.5;                          // m; the robot drives on a circle, looking ahead
   int keyframes_per_lap = 40;
-  // Landmarks that a tracker still knows: seen within so many keyframes; 0: all of them. Where it is
-  // limited the robot does not recognise places by itself, and tracked poses hang on the previous
-  // keyframe's, with their errors: drift.
+  // Landmarks that a tracker still knows: seen within so many keyframes; 0: all of them. Where it
+  // is limited the robot does not recognise places by itself, and tracked poses hang on the
+  // previous keyframe's, with their errors: drift.
   int memory_keyframes = 0;
 };
 

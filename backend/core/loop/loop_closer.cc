@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -13,20 +14,40 @@
 namespace gw::backend {
 namespace {
 
-constexpr int64_t kRest = 5;          // keyframes after a loop before the next is looked for
-constexpr int kStrongShared = 60;     // landmarks that make a covisibility edge of the graph
-constexpr int32_t kSideReach = 15;    // keyframes around a loop's end that belong to its side
-// Spread of a relative pose between keyframes that share 100 landmarks; only its ratio to the
-// others matters.
-constexpr double kVisualTranslation = 0.003;  // m
-constexpr double kVisualRotation = 0.001;     // rad
+constexpr int64_t kRest = 5;       // keyframes after a loop before the next is looked for
+constexpr int kStrongShared = 60;  // landmarks that make a covisibility edge of the graph
+// Keyframes around a loop's end that belong to its side; fewer where the loop is short, so that
+// sides do not touch.
+constexpr int32_t kSideReach = 15;
+int32_t SideReach(int32_t older, int32_t newer) {
+  return std::min(kSideReach, (newer - older) / 3);
+}
 
-Matrix6d VisualSqrtInformation(int shared) {
-  const double scale = std::sqrt(shared / 100.0);
+// Spread of the pose of a keyframe against its older neighbours together: their errors are mostly
+// the same, so that many neighbours do not make it firmer. So wide that the drift of a chain does
+// not switch off the true loop that mends it.
+constexpr double kVisualTranslation = 0.02;  // m
+constexpr double kVisualRotation = 0.008;    // rad
+
+// Of one of `edges` that tie the same keyframe.
+Matrix6d VisualSqrtInformation(size_t edges) {
+  const double scale = 1.0 / std::sqrt(static_cast<double>(edges));
   Vector6d s;
   s << Eigen::Vector3d::Constant(scale / kVisualTranslation),
       Eigen::Vector3d::Constant(scale / kVisualRotation);
   return s.asDiagonal();
+}
+
+// The older keyframes that `id` is tied to by what both see: those with much in common, at least
+// one if there is any.
+std::vector<KeyframeId> OlderTies(const Map& map, KeyframeId id) {
+  std::vector<KeyframeId> out;
+  for (const auto& [other, shared] : map.Neighbours(id, 1)) {
+    if (other > id) continue;
+    if (!out.empty() && shared < kStrongShared) break;
+    out.push_back(other);
+  }
+  return out;
 }
 
 // Keeps together what neither vision nor dead reckoning ties: 1 m, 1 rad.
@@ -42,7 +63,8 @@ int32_t LoopAcross(const std::vector<Loop>& loops, const Index& index, int32_t a
     const auto older = index.lower_bound(loops[g].older);
     const auto newer = index.lower_bound(loops[g].newer);
     if (older == index.end() || newer == index.end()) continue;
-    if (std::abs(a - older->second) <= kSideReach && std::abs(b - newer->second) <= kSideReach) {
+    const int32_t reach = SideReach(older->second, newer->second);
+    if (std::abs(a - older->second) <= reach && std::abs(b - newer->second) <= reach) {
       return static_cast<int32_t>(g);
     }
   }
@@ -50,21 +72,21 @@ int32_t LoopAcross(const std::vector<Loop>& loops, const Index& index, int32_t a
 }
 
 // Keyframes around one end of a loop, by order of creation.
-std::set<KeyframeId> Side(const Map& map, KeyframeId end) {
+std::set<KeyframeId> Side(const Map& map, KeyframeId end, int32_t reach) {
   std::set<KeyframeId> out;
   auto it = map.keyframes().lower_bound(end);
-  for (int i = 0; i < kSideReach && it != map.keyframes().begin(); ++i) --it;
-  for (int i = 0; i <= 2 * kSideReach && it != map.keyframes().end(); ++i, ++it) {
-    out.insert(it->first);
-  }
+  for (int i = 0; i < reach && it != map.keyframes().begin(); ++i) --it;
+  for (int i = 0; i <= 2 * reach && it != map.keyframes().end(); ++i, ++it) out.insert(it->first);
   return out;
 }
 
 // Landmarks that both sides observe keep only their older observations.
 void Part(Map& map, const MappingContext& context, const Loop& loop) {
-  const std::set<KeyframeId> older = Side(map, loop.older);
-  std::set<KeyframeId> newer = Side(map, loop.newer);
-  std::erase_if(newer, [&](KeyframeId id) { return older.contains(id); });
+  const auto apart = std::distance(map.keyframes().lower_bound(loop.older),
+                                   map.keyframes().lower_bound(loop.newer));
+  const int32_t reach = SideReach(0, static_cast<int32_t>(apart));
+  const std::set<KeyframeId> older = Side(map, loop.older, reach);
+  const std::set<KeyframeId> newer = Side(map, loop.newer, reach);
   std::set<LandmarkId> touched;
   for (const KeyframeId id : newer) {
     const std::vector<LandmarkId> observed = map.FindKeyframe(id)->frame.landmarks;
@@ -123,23 +145,22 @@ LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
   const double reference = ConnectionReference(map, context.dr_weight);
   for (const auto& [id, keyframe] : map.keyframes()) {
     const int32_t to = index.at(id);
-    bool rooted = to == 0;
-    for (const auto& [other, shared] : map.Neighbours(id, 1)) {
-      if (other > id) continue;
-      if (rooted && shared < kStrongShared) break;
-      rooted = true;
+    const std::vector<KeyframeId> ties = OlderTies(map, id);
+    for (const KeyframeId other : ties) {
       const int32_t from = index.at(other);
       job.graph.edges.push_back(
           {from, to, map.FindKeyframe(other)->frame.T_WC.inverse() * keyframe.frame.T_WC,
-           VisualSqrtInformation(shared), LoopAcross(job.loops, index, from, to)});
+           VisualSqrtInformation(ties.size()), LoopAcross(job.loops, index, from, to)});
     }
     const double alpha = DrEdgeScale(map, context, id, reference);
     if (alpha > 0) {
+      // alpha weighs against single sights in a bundle adjustment; against a loop, dead reckoning
+      // counts no more than its drift allows, or no loop across a weak span could ever close.
       const DrMotion motion =
           CameraMotion(*keyframe.frame.dr, context.camera.T_BC, context.dr_weight);
       job.graph.edges.push_back({index.at(keyframe.frame.previous), to, motion.T_CaCb,
-                                 SqrtInformation(motion.cov, alpha), -1});
-    } else if (!rooted) {
+                                 SqrtInformation(motion.cov, std::min(alpha, 1.0)), -1});
+    } else if (ties.empty() && to > 0) {
       job.graph.edges.push_back({to - 1, to,
                                  job.graph.nodes[to - 1].T_WC.inverse() * keyframe.frame.T_WC,
                                  LooseSqrtInformation(), -1});

@@ -20,9 +20,9 @@
 namespace gw::backend {
 
 struct LoopGraphJob {
-  KeyframeId newest;             // of the map it was cut from
-  std::vector<KeyframeId> ids;   // of the graph's nodes, sorted
-  std::vector<Loop> loops;       // of the graph's groups; the one to close is the last
+  KeyframeId newest;            // of the map it was cut from
+  std::vector<KeyframeId> ids;  // of the graph's nodes, sorted
+  std::vector<Loop> loops;      // of the graph's groups; the one to close is the last
   PoseGraph graph;
 };
 

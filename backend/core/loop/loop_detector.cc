@@ -12,13 +12,13 @@
 namespace gw::backend {
 namespace {
 
-constexpr size_t kRecent = 10;          // keyframes just before the newest are no loop
-constexpr int kStrongNeighbour = 15;    // shared landmarks
-constexpr size_t kMaxByLook = 3;        // candidates from place recognition
-constexpr size_t kMaxByDr = 2;          // candidates from dead reckoning
-constexpr double kMinScore = 0.03;      // photographs of other places reach 0.11 (ADR 6): no gate,
-constexpr int kMinMatches = 20;         // only what is worth a geometric check
-constexpr int kAgree = 2;               // of the kWitnesses keyframes before must share the fit
+constexpr size_t kRecent = 10;        // keyframes just before the newest are no loop
+constexpr int kStrongNeighbour = 15;  // shared landmarks
+constexpr size_t kMaxByLook = 3;      // candidates from place recognition
+constexpr size_t kMaxByDr = 2;        // candidates from dead reckoning
+constexpr double kMinScore = 0.03;    // photographs of other places reach 0.11 (ADR 6): no gate,
+constexpr int kMinMatches = 20;       // only what is worth a geometric check
+constexpr int kAgree = 2;             // of the kWitnesses keyframes before must share the fit
 constexpr int kWitnesses = 4;
 constexpr double kAgreeTranslation = 0.25;  // m
 constexpr double kAgreeRotation = 4.0 * std::numbers::pi / 180.0;

@@ -24,12 +24,12 @@ struct Loop {
 };
 
 struct LoopCounters {
-  int64_t candidates = 0;      // keyframes that a newest one was compared with
-  int64_t fits = 0;            // of these, geometry agreed
-  int64_t inconsistent = 0;    // fits that the keyframes before did not share
-  int64_t refused_by_dr = 0;   // loops that contradict the drift bound of dead reckoning
-  int64_t closed = 0;          // that went into the map
-  int64_t removed = 0;         // found wrong by the pose graph, at once or later
+  int64_t candidates = 0;     // keyframes that a newest one was compared with
+  int64_t fits = 0;           // of these, geometry agreed
+  int64_t inconsistent = 0;   // fits that the keyframes before did not share
+  int64_t refused_by_dr = 0;  // loops that contradict the drift bound of dead reckoning
+  int64_t closed = 0;         // that went into the map
+  int64_t removed = 0;        // found wrong by the pose graph, at once or later
 };
 
 // Motion of the camera by dead reckoning from `older` to `newer` along the temporal chain, with the

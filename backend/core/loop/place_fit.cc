@@ -90,8 +90,7 @@ std::map<int, GuidedMatch> SearchGuided(const MappingContext& context, const Map
     ++*num_expected;
     const int feature = FindFeature(context, *landmark, *expected, image, scratch);
     if (feature < 0) continue;
-    const int distance =
-        HammingDistance(landmark->descriptor, image.frame.descriptors[feature]);
+    const int distance = HammingDistance(landmark->descriptor, image.frame.descriptors[feature]);
     GuidedMatch& match = out[feature];
     if (distance < match.distance) match = {landmark, distance};
   }
@@ -119,15 +118,13 @@ std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
                                  const MapKeyframe& image, const std::vector<KeyframeId>& group,
                                  uint64_t seed) {
   const std::vector<const Landmark*> landmarks = LandmarksOf(map, group);
-  const auto hypothesis =
-      FindPose(context.camera, PairUp(context, image.frame, landmarks), kFewestAgreeing,
-               CounterRng(seed, kStream, 0));
+  const auto hypothesis = FindPose(context.camera, PairUp(context, image.frame, landmarks),
+                                   kFewestAgreeing, CounterRng(seed, kStream, 0));
   if (!hypothesis) return std::nullopt;
   PlaceFit out;
   out.T_WC = hypothesis->T_WC;
   for (int round = 0; round < kGuidedRounds; ++round) {
-    const auto matches =
-        SearchGuided(context, image, landmarks, out.T_WC, &out.num_expected);
+    const auto matches = SearchGuided(context, image, landmarks, out.T_WC, &out.num_expected);
     std::vector<PoseObservation> observations;
     std::vector<PlaceFit::Sight> sights;
     for (const auto& [feature, match] : matches) {

@@ -11,8 +11,9 @@
 namespace gw::backend {
 
 struct PlaceFit {
-  SE3 T_WC;                                // of the image, in the map as it stands
-  Matrix6d information = Matrix6d::Zero();  // of the right perturbation; the landmarks taken as exact
+  SE3 T_WC;  // of the image, in the map as it stands
+  Matrix6d information =
+      Matrix6d::Zero();  // of the right perturbation; the landmarks taken as exact
   struct Sight {
     int32_t feature = 0;
     LandmarkId landmark;

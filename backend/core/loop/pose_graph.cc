@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <utility>
 
 #include "backend/core/ceres_blocks.h"
 
@@ -96,6 +97,31 @@ double TruncatedWeight(double squared, double mu) {
   return std::sqrt(kGroupGate / squared * mu * (mu + 1)) - mu;
 }
 
+// Graduated weights may settle without a group that the graph could follow: a drifted chain is far
+// from a true loop as long as that weighs little. So each group that is off is tried once at full
+// weight, newest first; it stays when that costs less than the gate. False: no usable solution.
+bool Readmit(const PoseGraph& graph, std::vector<double>& weights, std::vector<PoseBlock>& poses,
+             int& iterations) {
+  if (!Solve(graph, weights, poses, iterations)) return false;
+  for (size_t g = weights.size(); g-- > 0;) {
+    if (weights[g] > 0) continue;
+    const auto edges = std::count_if(
+        graph.edges.begin(), graph.edges.end(),
+        [&](const PoseGraph::Edge& edge) { return edge.group == static_cast<int32_t>(g); });
+    const double allowed =
+        Cost(graph, poses, weights) + 0.5 * kGroupGate * static_cast<double>(edges);
+    std::vector<PoseBlock> tried = poses;
+    weights[g] = 1.0;
+    if (!Solve(graph, weights, tried, iterations)) return false;
+    if (Cost(graph, tried, weights) < allowed) {
+      poses = std::move(tried);
+    } else {
+      weights[g] = 0.0;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 PoseGraphResult SolvePoseGraph(const PoseGraph& graph) {
@@ -113,16 +139,18 @@ PoseGraphResult SolvePoseGraph(const PoseGraph& graph) {
   if (largest > kGroupGate) {
     double mu = kGroupGate / (2 * largest - kGroupGate);
     for (int round = 0; round < kMaxRounds; ++round, mu *= kHarder) {
+      const std::vector<double> before = weights;
       bool decided = true;
       for (size_t g = 0; g < weights.size(); ++g) {
         weights[g] = TruncatedWeight(residuals[g], mu);
         decided &= weights[g] == 0.0 || weights[g] == 1.0;
       }
+      if (decided && weights == before) break;
       if (!Solve(graph, weights, poses, out.iterations)) return out;
       residuals = GroupResiduals(graph, poses);
-      if (decided) break;
     }
     for (double& w : weights) w = w > 0.5 ? 1.0 : 0.0;
+    if (!Readmit(graph, weights, poses, out.iterations)) return out;
   }
 
   out.usable = true;

@@ -25,7 +25,8 @@ DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConf
 // (their joint eigenvectors). Precondition: a is positive definite, b symmetric.
 Matrix6d LargerCovariance(const Matrix6d& a, const Matrix6d& b);
 
-// Upper triangular S with S^T S = alpha * inv(cov). Precondition: cov is positive definite, alpha > 0.
+// Upper triangular S with S^T S = alpha * inv(cov). Precondition: cov is positive definite, alpha >
+// 0.
 Matrix6d SqrtInformation(const Matrix6d& cov, double alpha);
 
 }  // namespace gw::backend

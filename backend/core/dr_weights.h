@@ -47,8 +47,8 @@ double ConnectionReference(const Map& map, const DrWeightConfig& config);
 // alpha_max below switch_q, nothing above; variants without DR in local BA: 0.
 double DrScale(double lack, Variant variant, const DrWeightConfig& config);
 
-// alpha of the edge that ends at `to`, for whoever works on the whole map: what local BA left on it,
-// or the law above where local BA has not been yet. 0: the edge does not exist or is not used.
+// alpha of the edge that ends at `to`, for whoever works on the whole map: what local BA left on
+// it, or the law above where local BA has not been yet. 0: the edge does not exist or is not used.
 double DrEdgeScale(const Map& map, const MappingContext& context, KeyframeId to,
                    double connection_reference);
 

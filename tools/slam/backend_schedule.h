@@ -35,7 +35,7 @@ class BackendSchedule {
 
   backend::Mapper mapper_;
   DurationUs latency_;
-  bool dirty_ = false;  // keyframes came since the last local BA job was cut
+  bool dirty_ = false;                         // keyframes came since the last local BA job was cut
   std::optional<backend::LoopGraphJob> loop_;  // waits for the worker
 
   // The first worker: one of the two, until ends_.

@@ -5,6 +5,7 @@
 
 #include "backend/core/landmark_state.h"
 #include "backend/core/matching.h"
+#include "backend/core/seen_landmarks.h"
 
 namespace gw::backend {
 namespace {
@@ -94,27 +95,15 @@ class Fuser {
   std::vector<int> scratch_;
 };
 
-std::vector<LandmarkId> LandmarksOf(const Map& map, const std::vector<KeyframeId>& keyframes) {
-  std::vector<LandmarkId> out;
-  for (const KeyframeId id : keyframes) {
-    for (const LandmarkId landmark : map.FindKeyframe(id)->frame.landmarks) {
-      if (landmark.valid()) out.push_back(landmark);
-    }
-  }
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
-  return out;
-}
-
 }  // namespace
 
 FusionCounts FuseWithNeighbours(Map& map, const MappingContext& context) {
   const KeyframeId newest = map.newest_keyframe();
   const std::vector<KeyframeId> targets = Targets(map);
   Fuser fuser(map, context);
-  const std::vector<LandmarkId> own = LandmarksOf(map, {newest});
+  const std::vector<LandmarkId> own = SeenLandmarks(map, std::vector{newest});
   for (const KeyframeId target : targets) fuser.FuseInto(target, own);
-  fuser.FuseInto(newest, LandmarksOf(map, targets));
+  fuser.FuseInto(newest, SeenLandmarks(map, targets));
   return fuser.Finish();
 }
 
@@ -133,9 +122,9 @@ FusionCounts FuseSights(Map& map, const MappingContext& context, KeyframeId keyf
 FusionCounts FuseGroups(Map& map, const MappingContext& context, const std::vector<KeyframeId>& a,
                         const std::vector<KeyframeId>& b) {
   Fuser fuser(map, context);
-  const std::vector<LandmarkId> of_a = LandmarksOf(map, a);
+  const std::vector<LandmarkId> of_a = SeenLandmarks(map, a);
   for (const KeyframeId id : b) fuser.FuseInto(id, of_a);
-  const std::vector<LandmarkId> of_b = LandmarksOf(map, b);
+  const std::vector<LandmarkId> of_b = SeenLandmarks(map, b);
   for (const KeyframeId id : a) fuser.FuseInto(id, of_b);
   return fuser.Finish();
 }

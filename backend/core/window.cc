@@ -6,6 +6,7 @@
 
 #include "backend/core/dr_edge.h"
 #include "backend/core/dr_weights.h"
+#include "backend/core/seen_landmarks.h"
 
 namespace gw::backend {
 namespace {
@@ -38,18 +39,6 @@ void AddPredecessors(const Map& map, double reference, std::set<KeyframeId>& win
     if (at == nullptr) return;
     window.insert(at->frame.id);
   }
-}
-
-std::vector<LandmarkId> LandmarksOf(const Map& map, const std::set<KeyframeId>& keyframes) {
-  std::vector<LandmarkId> out;
-  for (const KeyframeId id : keyframes) {
-    for (const LandmarkId landmark : map.FindKeyframe(id)->frame.landmarks) {
-      if (landmark.valid()) out.push_back(landmark);
-    }
-  }
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
-  return out;
 }
 
 // Keyframes outside the window that see its landmarks, those that see most.
@@ -114,7 +103,7 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
   const double reference = ConnectionReference(map, context.dr_weight);
   if (use_dr) AddPredecessors(map, reference, window);
 
-  const std::vector<LandmarkId> landmarks = LandmarksOf(map, window);
+  const std::vector<LandmarkId> landmarks = SeenLandmarks(map, window);
   std::map<KeyframeId, bool> fixed;  // every keyframe of the job
   for (const KeyframeId id :
        Onlookers(map, landmarks, window, context.config.local_fixed_keyframes)) {

@@ -17,6 +17,7 @@
 
 #include "frontend/core/feature_frame.h"
 #include "frontend/core/image_test_pattern.h"
+#include "frontend/core/tum_geometry.h"
 
 namespace gw::frontend {
 namespace {
@@ -77,17 +78,7 @@ double Percentile(std::vector<double> values, double share) {
 void ExtractRgbdAgainstOpenCvOrb(benchmark::State& state) {
   cv::setNumThreads(1);
   const std::vector<Image> images = LoadImages();
-  Calibration c;
-  c.camera.kind = CameraKind::kRgbd;
-  c.camera.width = kWidth;
-  c.camera.height = kHeight;
-  c.camera.left = {.fx = 517.3,
-                   .fy = 516.5,
-                   .cx = 318.6,
-                   .cy = 255.3,
-                   .radtan = {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}};
-  c.camera.depth_unit_m = 0.0002;
-  FeatureExtractor extractor = FeatureExtractor::Create({}, MakeCameraGeometry(c).value()).value();
+  FeatureExtractor extractor = FeatureExtractor::Create({}, TumGeometry()).value();
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(800, 1.2f, 8);
   FeatureFrame out;
   std::vector<double> ours, theirs;

@@ -30,6 +30,7 @@
 #include "frontend/core/feature_frame.h"
 #include "frontend/core/image_pyramid.h"
 #include "frontend/core/image_undistorter.h"
+#include "frontend/core/tum_geometry.h"
 
 namespace gw::frontend {
 namespace {
@@ -69,20 +70,6 @@ struct Frame {
   cv::Mat gray, depth;
   SE3 T_GC;
 };
-
-CameraGeometry TumGeometry() {
-  Calibration c;
-  c.camera.kind = CameraKind::kRgbd;
-  c.camera.width = 640;
-  c.camera.height = 480;
-  c.camera.left = {.fx = 517.3,
-                   .fy = 516.5,
-                   .cx = 318.6,
-                   .cy = 255.3,
-                   .radtan = {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}};
-  c.camera.depth_unit_m = 0.0002;
-  return MakeCameraGeometry(c).value();
-}
 
 CameraFrame Message(const Frame& f) {
   CameraFrame m;

@@ -8,26 +8,13 @@
 #include <vector>
 
 #include "frontend/core/image_test_pattern.h"
+#include "frontend/core/tum_geometry.h"
 
 namespace gw::frontend {
 namespace {
 
 constexpr int kWidth = 640;
 constexpr int kHeight = 480;
-
-CameraGeometry RgbdGeometry() {
-  Calibration c;
-  c.camera.kind = CameraKind::kRgbd;
-  c.camera.width = kWidth;
-  c.camera.height = kHeight;
-  c.camera.left = {.fx = 517.3,
-                   .fy = 516.5,
-                   .cx = 318.6,
-                   .cy = 255.3,
-                   .radtan = {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}};
-  c.camera.depth_unit_m = 0.0002;
-  return MakeCameraGeometry(c).value();
-}
 
 CameraGeometry StereoGeometry() {
   Calibration c;
@@ -83,7 +70,7 @@ bool SameBytes(const FeatureFrame& a, const FeatureFrame& b) {
 }
 
 TEST(FeatureExtractor, FindsTheFullNumberOfFeaturesWithDepthInATexturedRgbdImage) {
-  FeatureExtractor extractor = FeatureExtractor::Create({}, RgbdGeometry()).value();
+  FeatureExtractor extractor = FeatureExtractor::Create({}, TumGeometry()).value();
   const ImageBuffer image = Textured();
   const DepthBuffer depth(10000);  // 2 m
   FeatureFrame out;
@@ -99,7 +86,7 @@ TEST(FeatureExtractor, FindsTheFullNumberOfFeaturesWithDepthInATexturedRgbdImage
 }
 
 TEST(FeatureExtractor, FindsNothingInABlankImage) {
-  FeatureExtractor extractor = FeatureExtractor::Create({}, RgbdGeometry()).value();
+  FeatureExtractor extractor = FeatureExtractor::Create({}, TumGeometry()).value();
   ImageBuffer image;
   image.Resize(kWidth, kHeight, kWidth);
   std::fill(image.pixels.begin(), image.pixels.end(), uint8_t{128});
@@ -116,8 +103,8 @@ TEST(FeatureExtractor, GivesTheSameBytesForTheSameFrameWhateverCameBefore) {
   const ImageBuffer other = Render(CellTexture(2, 17), kWidth, kHeight,
                                    [](double u, double v) { return Eigen::Vector2d(u, v); });
   const DepthBuffer depth(10000);
-  FeatureExtractor a = FeatureExtractor::Create({}, RgbdGeometry()).value();
-  FeatureExtractor b = FeatureExtractor::Create({}, RgbdGeometry()).value();
+  FeatureExtractor a = FeatureExtractor::Create({}, TumGeometry()).value();
+  FeatureExtractor b = FeatureExtractor::Create({}, TumGeometry()).value();
   FeatureFrame first, second, third;
   a.Extract(RgbdFrame(image.View(), depth.View()), &first);
   b.Extract(RgbdFrame(other.View(), depth.View()), &second);
@@ -127,7 +114,7 @@ TEST(FeatureExtractor, GivesTheSameBytesForTheSameFrameWhateverCameBefore) {
 }
 
 TEST(FeatureExtractor, RefusesImagesThatDoNotFitAndLeavesNothingBehind) {
-  FeatureExtractor extractor = FeatureExtractor::Create({}, RgbdGeometry()).value();
+  FeatureExtractor extractor = FeatureExtractor::Create({}, TumGeometry()).value();
   const ImageBuffer image = Textured();
   const DepthBuffer depth(10000);
   const ImageView good = image.View();
@@ -149,7 +136,7 @@ TEST(FeatureExtractor, RefusesImagesThatDoNotFitAndLeavesNothingBehind) {
 }
 
 TEST(FeatureExtractor, KeepsFeaturesWithoutDepthWhenTheDepthImageIsUnusable) {
-  FeatureExtractor extractor = FeatureExtractor::Create({}, RgbdGeometry()).value();
+  FeatureExtractor extractor = FeatureExtractor::Create({}, TumGeometry()).value();
   const ImageBuffer image = Textured();
   const DepthBuffer depth(10000);
   ImageView narrow = depth.View();
@@ -199,7 +186,7 @@ TEST(FeatureExtractor, RefusesAConfigurationThatContradictsItself) {
   OrbConfig config;
   config.fast_threshold = 5;
   config.fast_threshold_low = 7;
-  const Result<FeatureExtractor> result = FeatureExtractor::Create(config, RgbdGeometry());
+  const Result<FeatureExtractor> result = FeatureExtractor::Create(config, TumGeometry());
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::kBadConfig);
 }

@@ -13,6 +13,7 @@
 
 #include "frontend/core/feature_frame.h"
 #include "frontend/core/stereo_rectifier.h"
+#include "frontend/core/tum_geometry.h"
 
 namespace gw::frontend {
 namespace {
@@ -52,16 +53,7 @@ double ShareWithDepth(const FeatureFrame& f) {
 TEST(FeatureDataset, TumGivesEnoughFeaturesWithDepth) {
   const fs::path root = Recording("tum_fr1_rpy_first400");
   SKIP_WITHOUT(root);
-  Calibration c;
-  c.camera.width = 640;
-  c.camera.height = 480;
-  c.camera.left = {.fx = 517.3,
-                   .fy = 516.5,
-                   .cx = 318.6,
-                   .cy = 255.3,
-                   .radtan = {0.2624, -0.9531, -0.0054, 0.0026, 1.1633}};
-  c.camera.depth_unit_m = 0.0002;
-  FeatureExtractor extractor = FeatureExtractor::Create({}, MakeCameraGeometry(c).value()).value();
+  FeatureExtractor extractor = FeatureExtractor::Create({}, TumGeometry()).value();
   const std::vector<fs::path> gray = Files(root / "rgb"), depth = Files(root / "depth");
   for (size_t i = 0; i < std::min(gray.size(), depth.size()); i += 40) {
     const cv::Mat g = Read(gray[i]), d = Read(depth[i]);

@@ -3,23 +3,17 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #include "lcmtypes/wire/channels.h"
+#include "tools/files/format.h"
 
 namespace gw::fault {
 namespace {
 
-std::string Text(const char* format, auto... values) {
-  char text[200];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 std::string SpanText(const tools::Span& span) {
   return span.end == tools::Span().end
-             ? Text("from %.6f s", span.begin.seconds())
-             : Text("%.6f s to %.6f s", span.begin.seconds(), span.end.seconds());
+             ? tools::Format("from %.6f s", span.begin.seconds())
+             : tools::Format("%.6f s to %.6f s", span.begin.seconds(), span.end.seconds());
 }
 
 bool CanBeDelayed(const std::string& channel) {
@@ -114,21 +108,22 @@ std::vector<std::pair<std::string, std::string>> FaultPlan::Describe() const {
   for (const tools::Span& s : black) out.emplace_back("edit.black", SpanText(s));
   for (const tools::Span& s : freeze) out.emplace_back("edit.freeze", SpanText(s));
   for (const Blur& b : blur) {
-    out.emplace_back("edit.blur", SpanText(b.span) + Text(", sigma %g px", b.sigma_px));
+    out.emplace_back("edit.blur", SpanText(b.span) + tools::Format(", sigma %g px", b.sigma_px));
   }
   for (const Drop& d : drop) {
     out.emplace_back("edit.drop",
-                     SpanText(d.span) + Text(", probability %g, seed %llu", d.probability,
-                                             static_cast<unsigned long long>(seed)));
+                     SpanText(d.span) + tools::Format(", probability %g, seed %llu", d.probability,
+                                                      static_cast<unsigned long long>(seed)));
   }
   for (const auto& [channel, duration] : delay) {
-    out.emplace_back("edit.delay", channel + Text(" by %g ms", duration.seconds() * 1e3));
+    out.emplace_back("edit.delay", channel + tools::Format(" by %g ms", duration.seconds() * 1e3));
   }
   for (const Slip& s : slip) {
-    out.emplace_back("edit.slip", SpanText(s.span) + Text(", measured way times %g", s.factor));
+    out.emplace_back("edit.slip",
+                     SpanText(s.span) + tools::Format(", measured way times %g", s.factor));
   }
   if (gyro_bias_rad_s != 0) {
-    out.emplace_back("edit.gyro_bias", Text("%g rad/s on each axis", gyro_bias_rad_s));
+    out.emplace_back("edit.gyro_bias", tools::Format("%g rad/s on each axis", gyro_bias_rad_s));
   }
   for (const tools::Span& s : teleport) out.emplace_back("edit.teleport", SpanText(s));
   return out;

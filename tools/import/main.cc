@@ -10,6 +10,7 @@
 #include "common/config/writer.h"
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
+#include "tools/files/text_file.h"
 #include "tools/import/cid_sims.h"
 #include "tools/import/euroc.h"
 #include "tools/import/kitti.h"
@@ -136,11 +137,11 @@ Result<Done> Import(Recording recording, const Arguments& a,
   const Result<LogSummary> log = WriteLog(recording, a.log, ProgressLine());
   if (!log) return log.error();
   const Result<Done> config_written =
-      WriteTextFile(a.config, WriteRobotConfig(*config, ConfigText::kShort));
+      tools::WriteTextFile(a.config, WriteRobotConfig(*config, ConfigText::kShort));
   if (!config_written) return config_written.error();
   if (!a.ground_truth_out.empty()) {
     const Result<Done> written =
-        WriteTextFile(a.ground_truth_out, GroundTruthText(recording, a.frame));
+        tools::WriteTextFile(a.ground_truth_out, GroundTruthText(recording, a.frame));
     if (!written) return written.error();
   }
   std::fputs(Summary(recording, *log, a).c_str(), stdout);

@@ -174,11 +174,10 @@ TEST(Program, GroundTruthComesAsBodyOrCameraTrajectory) {
   const std::string out = "--ground-truth-out " + (folder.path() / "gt.tum").string();
   ASSERT_EQ(RunImport(Arguments(folder, out)).exit_code, 0);
   EXPECT_THAT(FileText(folder.path() / "gt.tum"),
-              HasSubstr("10.050000 1.000000000 2.000000000 3.000000000 0.000000000000 "));
+              HasSubstr("10.050000 1.000000000 2.000000000 3.000000000 0.000000000 "));
   ASSERT_EQ(RunImport(Arguments(folder, out + " --frame camera")).exit_code, 0);
-  EXPECT_THAT(
-      FileText(folder.path() / "gt.tum"),
-      HasSubstr("10.050000 1.000000000 2.000000000 3.000000000 -0.500000000000 0.500000000000 "));
+  EXPECT_THAT(FileText(folder.path() / "gt.tum"),
+              HasSubstr("10.050000 1.000000000 2.000000000 3.000000000 -0.500000000 0.500000000 "));
 }
 
 TEST(Program, AFailureLeavesAnOlderLogAloneAndNoPartialFile) {

@@ -1,14 +1,13 @@
 #include "tools/import/write_log.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <vector>
 
 #include "common/config/loader.h"
 #include "common/config/writer.h"
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/wire.h"
+#include "tools/files/format.h"
 #include "tools/log/safe_log_writer.h"
 
 namespace gw::importer {
@@ -140,28 +139,9 @@ std::string GroundTruthText(const Recording& recording, TrajectoryFrame frame) {
   for (const GroundTruth& truth : recording.ground_truth) {
     const SE3 T = frame == TrajectoryFrame::kBody ? truth.T_GB
                                                   : truth.T_GB * recording.calibration.camera.T_BC;
-    const Eigen::Vector3d& p = T.translation();
-    const Eigen::Quaterniond& q = T.rotation();
-    char line[250];
-    std::snprintf(line, sizeof line, "%.6f %.9f %.9f %.9f %.12f %.12f %.12f %.12f\n",
-                  truth.utime.seconds(), p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
-    text += line;
+    text += tools::TumLine(truth.utime, T);
   }
   return text;
-}
-
-Result<Done> WriteTextFile(const std::filesystem::path& file, const std::string& text) {
-  const std::string partial = file.string() + ".partial";
-  std::ofstream stream(partial);
-  stream << text;
-  stream.close();
-  std::error_code error;
-  if (stream) std::filesystem::rename(partial, file, error);
-  if (stream && !error) return Done{};
-  std::error_code ignored;
-  std::filesystem::remove(partial, ignored);
-  return Error{ErrorCode::kIo,
-               file.string() + ": cannot be written; check the folder and the free space"};
 }
 
 }  // namespace gw::importer

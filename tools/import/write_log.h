@@ -35,7 +35,4 @@ enum class TrajectoryFrame { kBody, kCamera };
 // TUM trajectory `t tx ty tz qx qy qz qw` of the ground truth.
 std::string GroundTruthText(const Recording& recording, TrajectoryFrame frame);
 
-// Writes text through FILE.partial, as WriteLog does. Error: kIo.
-Result<Done> WriteTextFile(const std::filesystem::path& file, const std::string& text);
-
 }  // namespace gw::importer

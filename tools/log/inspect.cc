@@ -1,23 +1,17 @@
 #include "tools/log/inspect.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <optional>
 #include <tuple>
 
 #include "common/process/event_log.h"
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/wire.h"
+#include "tools/files/format.h"
 #include "tools/log/json_text.h"
 
 namespace gw::tools {
 namespace {
-
-std::string Text(const char* format, auto... values) {
-  char text[400];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 // Why a message of one of our channels cannot be decoded; empty when it can.
 std::optional<std::string> WhyUndecodable(std::string_view type, wire::ByteSpan message) {
@@ -98,15 +92,15 @@ class Inspector {
       const int64_t lost = seqs.back() - seqs.front() + 1 - static_cast<int64_t>(seqs.size());
       if (lost == 0) continue;
       report_.channels[stream.first].lost += lost;
-      report_.problems.push_back(Text("%s: %lld messages of one session never came",
-                                      stream.first.c_str(), static_cast<long long>(lost)));
+      report_.problems.push_back(Format("%s: %lld messages of one session never came",
+                                        stream.first.c_str(), static_cast<long long>(lost)));
     }
     report_.file_bytes = reader.size();
     report_.skipped_bytes = reader.skipped_bytes();
     report_.truncated = reader.truncated();
     if (report_.skipped_bytes > 0) {
-      report_.problems.push_back(Text("%lld bytes are no events and were skipped",
-                                      static_cast<long long>(report_.skipped_bytes)));
+      report_.problems.push_back(Format("%lld bytes are no events and were skipped",
+                                        static_cast<long long>(report_.skipped_bytes)));
     }
     if (report_.truncated) {
       report_.problems.emplace_back(
@@ -114,9 +108,9 @@ class Inspector {
     }
     for (const auto& [key, count] : problem_counts_) {
       if (count <= kMaxProblemsPerKind) continue;
-      report_.problems.push_back(Text("%s: %s: %lld more", std::get<0>(key).c_str(),
-                                      std::get<1>(key).c_str(),
-                                      static_cast<long long>(count - kMaxProblemsPerKind)));
+      report_.problems.push_back(Format("%s: %s: %lld more", std::get<0>(key).c_str(),
+                                        std::get<1>(key).c_str(),
+                                        static_cast<long long>(count - kMaxProblemsPerKind)));
     }
     report_.ok = report_.problems.empty();
     return std::move(report_);
@@ -217,18 +211,18 @@ Result<LogReport> InspectLog(const std::string& file, InspectDepth depth) {
 }
 
 std::string ReportText(const LogReport& report) {
-  std::string out = Text(
+  std::string out = Format(
       "%.1f MB, %.3f s, %lld events, from %.6f\n", static_cast<double>(report.file_bytes) * 1e-6,
       (report.end - report.begin).seconds(), Long(report.events), report.begin.seconds());
-  out += Text("%-16s %9s %9s %11s %9s %6s\n", "channel", "messages", "rate Hz", "max gap s", "MB",
-              "lost");
+  out += Format("%-16s %9s %9s %11s %9s %6s\n", "channel", "messages", "rate Hz", "max gap s", "MB",
+                "lost");
   for (const auto& [name, c] : report.channels) {
-    out += Text("%-16s %9lld %9.2f %11.3f %9.2f %6lld%s\n", name.c_str(), Long(c.messages),
-                c.rate_hz(), c.largest_gap.seconds(), static_cast<double>(c.bytes) * 1e-6,
-                Long(c.lost), c.known ? "" : "  (not a channel of ours)");
+    out += Format("%-16s %9lld %9.2f %11.3f %9.2f %6lld%s\n", name.c_str(), Long(c.messages),
+                  c.rate_hz(), c.largest_gap.seconds(), static_cast<double>(c.bytes) * 1e-6,
+                  Long(c.lost), c.known ? "" : "  (not a channel of ours)");
   }
   for (const LogNote& note : report.notes) {
-    out += Text("note %9.3f s  ", (note.utime - report.begin).seconds()) + note.key + ": " +
+    out += Format("note %9.3f s  ", (note.utime - report.begin).seconds()) + note.key + ": " +
            note.text + "\n";
   }
   for (const std::string& problem : report.problems) out += "problem: " + problem + "\n";
@@ -236,7 +230,7 @@ std::string ReportText(const LogReport& report) {
 }
 
 std::string ReportJson(const LogReport& report) {
-  std::string out = Text(
+  std::string out = Format(
       "{\"ok\":%s,\"bytes\":%lld,\"events\":%lld,\"begin_us\":%lld,\"duration_s\":%.6f,"
       "\"skipped_bytes\":%lld,\"truncated\":%s,\"receive_time_faults\":%lld,\"channels\":{",
       report.ok ? "true" : "false", Long(report.file_bytes), Long(report.events),
@@ -245,7 +239,7 @@ std::string ReportJson(const LogReport& report) {
   const char* separator = "";
   for (const auto& [name, c] : report.channels) {
     out += separator + JsonQuote(name);
-    out += Text(
+    out += Format(
         ":{\"messages\":%lld,\"bytes\":%lld,\"known\":%s,\"first_us\":%lld,\"last_us\":%lld,"
         "\"rate_hz\":%.4f,\"largest_gap_s\":%.6f,\"lost\":%lld,\"restarts\":%lld,"
         "\"sequence_faults\":%lld,\"time_faults\":%lld,\"undecodable\":%lld}",
@@ -257,8 +251,8 @@ std::string ReportJson(const LogReport& report) {
   out += "},\"notes\":[";
   separator = "";
   for (const LogNote& note : report.notes) {
-    out += separator + Text("{\"utime\":%lld,\"key\":", Long(note.utime.us)) + JsonQuote(note.key) +
-           ",\"text\":" + JsonQuote(note.text) + "}";
+    out += separator + Format("{\"utime\":%lld,\"key\":", Long(note.utime.us)) +
+           JsonQuote(note.key) + ",\"text\":" + JsonQuote(note.text) + "}";
     separator = ",";
   }
   out += "],\"problems\":[";

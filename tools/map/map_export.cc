@@ -1,22 +1,14 @@
 #include "tools/map/map_export.h"
 
 #include <Eigen/LU>
-#include <array>
 #include <cinttypes>
-#include <cstdio>
 #include <map>
 
 #include "backend/core/dr_edge.h"
+#include "tools/files/format.h"
 
 namespace gw::tools {
 namespace {
-
-template <typename... Args>
-std::string Format(const char* format, Args... args) {
-  std::array<char, 512> buffer;
-  const int n = std::snprintf(buffer.data(), buffer.size(), format, args...);
-  return std::string(buffer.data(), static_cast<size_t>(n));
-}
 
 // Of the session that made the keyframe.
 SE3 BodyPose(const backend::LoadedMap& loaded, const Keyframe& keyframe) {

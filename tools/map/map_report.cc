@@ -1,27 +1,19 @@
 #include "tools/map/map_report.h"
 
 #include <algorithm>
-#include <array>
 #include <cinttypes>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include "backend/journal/journal.h"
+#include "tools/files/format.h"
 #include "tools/log/json_text.h"
 
 namespace gw::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-template <typename... Args>
-std::string Format(const char* format, Args... args) {
-  std::array<char, 512> buffer;
-  const int n = std::snprintf(buffer.data(), buffer.size(), format, args...);
-  return std::string(buffer.data(), static_cast<size_t>(n));
-}
 
 int64_t SizeOf(const fs::path& path) {
   std::error_code error;

@@ -1,44 +1,16 @@
 #include "tools/monitor/monitor.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cinttypes>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <memory>
 #include <set>
 
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/wire.h"
+#include "tools/files/format.h"
+#include "tools/files/text_file.h"
 
 namespace gw::tools {
-namespace {
-
-using FilePointer = std::unique_ptr<FILE, int (*)(FILE*)>;
-
-Error CannotWrite(const std::string& path) {
-  return {ErrorCode::kIo, path + ": cannot be written: " + std::strerror(errno)};
-}
-
-void WriteTumLine(Utime utime, const SE3& T, FILE* out) {
-  const Eigen::Vector3d& p = T.translation();
-  const Eigen::Quaterniond& q = T.rotation();
-  std::fprintf(out, "%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", utime.seconds(), p.x(), p.y(),
-               p.z(), q.x(), q.y(), q.z(), q.w());
-}
-
-// Opens, lets `write` print, checks that everything reached the file.
-template <typename WriteLines>
-Result<Done> WriteTo(const std::string& path, WriteLines&& write) {
-  FilePointer file(std::fopen(path.c_str(), "w"), std::fclose);
-  if (!file) return CannotWrite(path);
-  write(file.get());
-  if (std::fflush(file.get()) != 0 || std::ferror(file.get()) != 0) return CannotWrite(path);
-  return Done{};
-}
-
-}  // namespace
 
 Result<Done> Monitor::Attach(process::Bus& bus, Monitor& monitor) {
   auto ok = bus.Subscribe(wire::kCamera, [&monitor](auto bytes, Utime received) {
@@ -98,14 +70,11 @@ std::map<std::string, Health> Monitor::NewestHealth() const {
 }
 
 std::string Monitor::StatusLine() const {
-  char text[256];
-  std::snprintf(text, sizeof text,
-                "images %" PRId64 ", poses %" PRId64 ", without pose %" PRId64
-                ", latency median %.1f ms p99 %.1f ms",
-                images(), poses(), images_without_pose(),
-                static_cast<double>(LatencyQuantile(0.5)) * 1e-3,
-                static_cast<double>(LatencyQuantile(0.99)) * 1e-3);
-  std::string line = text;
+  std::string line = Format("images %" PRId64 ", poses %" PRId64 ", without pose %" PRId64
+                            ", latency median %.1f ms p99 %.1f ms",
+                            images(), poses(), images_without_pose(),
+                            static_cast<double>(LatencyQuantile(0.5)) * 1e-3,
+                            static_cast<double>(LatencyQuantile(0.99)) * 1e-3);
   const char* names[] = {"?", "starting", "ok", "degraded", "failed"};
   for (const auto& [process, health] : NewestHealth()) {
     line += ", " + process + " " + names[static_cast<int>(health.state)];
@@ -117,42 +86,38 @@ Result<Done> Monitor::Write(const std::string& folder) const {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Error{ErrorCode::kIo, folder + ": cannot be made: " + error.message()};
-  auto written = WriteTo(folder + "/trajectory.tum", [this](FILE* out) {
-    for (const Frame& f : frames_) WriteTumLine(f.pose.utime, f.pose.T_WB, out);
-  });
-  if (!written) return written;
-  if (!truth_.empty()) {
-    written = WriteTo(folder + "/ground_truth.tum", [this](FILE* out) {
-      for (const GroundTruth& t : truth_) WriteTumLine(t.utime, t.T_GB, out);
-    });
+  std::string trajectory, truth;
+  for (const Frame& f : frames_) trajectory += TumLine(f.pose.utime, f.pose.T_WB);
+  for (const GroundTruth& t : truth_) truth += TumLine(t.utime, t.T_GB);
+
+  std::string frames = "utime,status,n_inliers,map_revision,latency_us\n";
+  for (const Frame& f : frames_) {
+    frames += Format("%" PRId64 ",%d,%d,%" PRId64 ",%" PRId64 "\n", f.pose.utime.us,
+                     static_cast<int>(f.pose.status), f.pose.num_inliers, f.pose.map_revision,
+                     f.latency_us);
+  }
+  std::string pose_times = "received,utime\n";
+  for (const PoseArrival& p : pose_arrivals_) {
+    pose_times += Format("%" PRId64 ",%" PRId64 "\n", p.received.us, p.utime.us);
+  }
+  std::string health = "utime,process,state,latency_p50_us,latency_p99_us,counters\n";
+  for (const Health& h : health_) {
+    health += Format("%" PRId64 ",%s,%d,%" PRId64 ",%" PRId64 ",", h.utime.us, h.process.c_str(),
+                     static_cast<int>(h.state), h.latency_p50_us, h.latency_p99_us);
+    for (const auto& [name, n] : h.counters) health += Format("%s=%" PRId64 ";", name.c_str(), n);
+    health += "\n";
+  }
+
+  std::vector<std::pair<std::string, const std::string*>> files = {{"trajectory.tum", &trajectory},
+                                                                   {"frames.csv", &frames},
+                                                                   {"pose_times.csv", &pose_times},
+                                                                   {"health.csv", &health}};
+  if (!truth_.empty()) files.emplace_back("ground_truth.tum", &truth);
+  for (const auto& [name, text] : files) {
+    auto written = WriteTextFile((std::filesystem::path(folder) / name).string(), *text);
     if (!written) return written;
   }
-  written = WriteTo(folder + "/frames.csv", [this](FILE* out) {
-    std::fprintf(out, "utime,status,n_inliers,map_revision,latency_us\n");
-    for (const Frame& f : frames_) {
-      std::fprintf(out, "%" PRId64 ",%d,%d,%" PRId64 ",%" PRId64 "\n", f.pose.utime.us,
-                   static_cast<int>(f.pose.status), f.pose.num_inliers, f.pose.map_revision,
-                   f.latency_us);
-    }
-  });
-  if (!written) return written;
-  written = WriteTo(folder + "/pose_times.csv", [this](FILE* out) {
-    std::fprintf(out, "received,utime\n");
-    for (const PoseArrival& p : pose_arrivals_) {
-      std::fprintf(out, "%" PRId64 ",%" PRId64 "\n", p.received.us, p.utime.us);
-    }
-  });
-  if (!written) return written;
-  return WriteTo(folder + "/health.csv", [this](FILE* out) {
-    std::fprintf(out, "utime,process,state,latency_p50_us,latency_p99_us,counters\n");
-    for (const Health& h : health_) {
-      std::fprintf(out, "%" PRId64 ",%s,%d,%" PRId64 ",%" PRId64 ",", h.utime.us, h.process.c_str(),
-                   static_cast<int>(h.state), h.latency_p50_us, h.latency_p99_us);
-      for (const auto& [name, n] : h.counters)
-        std::fprintf(out, "%s=%" PRId64 ";", name.c_str(), n);
-      std::fprintf(out, "\n");
-    }
-  });
+  return Done{};
 }
 
 }  // namespace gw::tools

@@ -1,10 +1,10 @@
 #include "tools/sim/scenario.h"
 
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "tools/files/strict_yaml.h"
+#include "tools/files/text_file.h"
 
 namespace gw::sim {
 namespace {
@@ -258,11 +258,9 @@ Result<Scenario> ParseScenario(const std::string& text, const std::string& name)
 }
 
 Result<Scenario> LoadScenario(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return Error{ErrorCode::kNotFound, path + ": cannot open this scenario"};
-  std::ostringstream text;
-  text << in.rdbuf();
-  Result<Scenario> scenario = ParseScenario(text.str(), path);
+  const Result<std::string> text = tools::ReadTextFile(path);
+  if (!text) return text.error();
+  Result<Scenario> scenario = ParseScenario(*text, path);
   if (scenario.ok() && !scenario->map.empty()) {
     scenario->map = (std::filesystem::path(path).parent_path() / scenario->map).string();
   }

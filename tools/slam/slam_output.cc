@@ -3,31 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cinttypes>
-#include <cstdio>
 #include <filesystem>
 #include <sstream>
 
 #include "common/config/writer.h"
 #include "common/core/version.h"
+#include "tools/files/format.h"
 #include "tools/files/text_file.h"
 
 namespace gw::tools {
 namespace {
-
-template <typename... Args>
-std::string Format(const char* format, Args... args) {
-  std::array<char, 512> buffer;
-  const int n = std::snprintf(buffer.data(), buffer.size(), format, args...);
-  return std::string(buffer.data(), n);
-}
-
-// t tx ty tz qx qy qz qw
-std::string TumLine(Utime utime, const SE3& T) {
-  const Eigen::Vector3d& p = T.translation();
-  const Eigen::Quaterniond& q = T.rotation();
-  return Format("%.6f %.9f %.9f %.9f %.9f %.9f %.9f %.9f\n", utime.seconds(), p.x(), p.y(), p.z(),
-                q.x(), q.y(), q.z(), q.w());
-}
 
 std::string FramesTable(const std::vector<FramePose>& frames) {
   std::string out =

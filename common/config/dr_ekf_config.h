@@ -18,6 +18,9 @@ struct DrEkfConfig {
   double wheel_scale_sigma = 0.02;
   double lateral_sigma_m_s = 0.02;
   double gate_sigma = 4.0;
+  double max_speed_m_s = 3.0;
+  double max_yaw_rate_deg_s = 570;
+  double max_acceleration_m_s2 = 5.0;
   int history_ms = 1000;
   int stationary_ms = 300;
 
@@ -48,6 +51,21 @@ struct DrEkfConfig {
              .text = "sideways and vertical slip allowed by the non-holonomic constraint"});
     v.Field("gate_sigma", gate_sigma,
             {.min = 1, .max = 100, .unit = "sigma", .text = "innovation gate"});
+    v.Field("max_speed_m_s", max_speed_m_s,
+            {.min = 0.05,
+             .max = 20,
+             .unit = "m/s",
+             .text = "a wheel sample that is faster is no measurement"});
+    v.Field("max_yaw_rate_deg_s", max_yaw_rate_deg_s,
+            {.min = 5,
+             .max = 3600,
+             .unit = "deg/s",
+             .text = "a wheel sample that turns faster is no measurement"});
+    v.Field("max_acceleration_m_s2", max_acceleration_m_s2,
+            {.min = 0.1,
+             .max = 100,
+             .unit = "m/s^2",
+             .text = "wheels that change their speed faster slip; used without an accelerometer"});
     v.Field("history_ms", history_ms,
             {.min = 10,
              .max = 60000,

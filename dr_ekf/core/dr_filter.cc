@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "dr_ekf/core/error_state.h"
 #include "dr_ekf/core/noise_model.h"
 
 namespace gw::dr_ekf {
@@ -56,6 +57,7 @@ void DrFilter::Restart(Utime utime) {
   Entry base{{utime - DurationUs{1}, WheelBegin{}}, model_.Restarted(history_.back().after, utime)};
   history_.clear();
   history_.push_back(std::move(base));
+  vision_.Clear();
   consecutive_late_ = 0;
 }
 
@@ -81,6 +83,8 @@ void DrFilter::ReplayFrom(size_t index) {
       model_.ApplyImu(*imu, state);
     } else if (const auto* wheel = std::get_if<WheelSample>(&entry.event.sample)) {
       model_.ApplyWheel(*wheel, state);
+    } else if (const auto* verdict = std::get_if<VisionVerdict>(&entry.event.sample)) {
+      model_.ApplyVerdict(*verdict, state);
     } else {
       model_.ApplyWheelBegin(entry.event.utime, state);
     }
@@ -146,8 +150,8 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
     return Finish(false);
   }
   const double dt = (sample.utime - sample.utime_begin).seconds();
-  if (std::hypot(sample.dx_m, sample.dy_m) > kMaxSpeed * dt ||
-      std::abs(sample.dyaw_rad) > kMaxYawRate * dt ||
+  if (std::hypot(sample.dx_m, sample.dy_m) > config_.max_speed_m_s * dt ||
+      std::abs(sample.dyaw_rad) > config_.max_yaw_rate_deg_s * kRadPerDeg * dt ||
       sample.utime - sample.utime_begin > kMaxWheelInterval) {
     ++counters_.rejected_absurd;
     return Finish(false);
@@ -193,7 +197,19 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
   ++counters_.wheel_used;
   if (!newest) ++counters_.reordered;
   ReplayFrom(std::min(first, *end));
+  Apply(vision_.Push(sample, history_.back().after.wheel_scale));
   return Finish(true);
+}
+
+DrFilter::Output DrFilter::Push(const FramePose& frame) {
+  Apply(vision_.Push(frame));
+  return Finish(false);
+}
+
+void DrFilter::Apply(const std::optional<VisionVerdict>& verdict) {
+  if (!verdict || history_.empty()) return;
+  const std::optional<size_t> index = Insert({history_.back().after.utime, *verdict});
+  if (index) ReplayFrom(*index);
 }
 
 DrFilter::Output DrFilter::Finish(bool publish) {

@@ -15,8 +15,10 @@
 #include "common/config/dr_ekf_config.h"
 #include "common/contract/dead_reckoning.h"
 #include "common/contract/samples.h"
+#include "common/contract/tracking.h"
 #include "common/core/result.h"
 #include "dr_ekf/core/dr_model.h"
+#include "dr_ekf/core/vision_witness.h"
 
 namespace gw::dr_ekf {
 
@@ -62,6 +64,8 @@ class DrFilter {
   // calibration are applied here, states carry camera time.
   Output Push(const ImuSample& sample);
   Output Push(const WheelSample& sample);
+  // The pose of an image, as a witness of slip; it moves no state.
+  Output Push(const FramePose& frame);
 
   // Motion from a to b (a <= b) with its exact covariance: errors of the two instants correlated
   // through the product of the filter's own transitions. Errors: an end outside the history
@@ -72,8 +76,8 @@ class DrFilter {
   struct WheelBegin {};
   struct Event {
     Utime utime;
-    std::variant<ImuSample, WheelSample, WheelBegin> sample;
-    // Order of events of one instant: IMU, end of a wheel interval, begin of the next.
+    std::variant<ImuSample, WheelSample, WheelBegin, VisionVerdict> sample;
+    // Order of events of one instant: IMU, end of a wheel interval, begin of the next, verdict.
     size_t rank() const { return sample.index(); }
   };
   struct Entry {
@@ -89,11 +93,14 @@ class DrFilter {
   // Puts the event in order; returns its index, or none when an equal one is there.
   std::optional<size_t> Insert(Event event);
   void ReplayFrom(size_t index);
+  // Takes effect from the newest state on: what was published stays.
+  void Apply(const std::optional<VisionVerdict>& verdict);
   Output Finish(bool publish);
 
   DrEkfConfig config_;
   Calibration calibration_;
   DrModel model_;
+  VisionWitness vision_;
   std::deque<Entry> history_;         // in order; the first is the base that nothing can precede
   std::optional<Utime> suspect_imu_;  // a jump ahead that waits for confirmation
   std::optional<Utime> suspect_wheel_;

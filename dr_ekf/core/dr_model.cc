@@ -133,7 +133,7 @@ void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
     state.wheel_still = false;
     UpdateStationary(sample.utime, state);
     PropagateTo(sample.utime, nullptr, state);
-    FlagSlip(sample.utime, state);
+    FlagSlip(sample.utime, 0, state);
     state.has_heading = false;
     ClonePose(sample.utime, state);
     return;
@@ -152,18 +152,6 @@ void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   state.heading = sample.heading_rad;
   ClonePose(sample.utime, state);
   UpdateStationary(sample.utime, state);
-}
-
-void DrModel::FlagSlip(Utime utime, FilterState& state) const {
-  if (!state.slip) ++state.counters.slips;
-  state.slip = true;
-  state.slip_end = utime + DurationFromSeconds(kSlipHold);
-}
-
-void DrModel::EndSlip(FilterState& state) const {
-  if (!state.slip || state.utime <= state.slip_end) return;
-  state.slip = false;
-  state.yaw_residual_sum = state.yaw_variance_sum = 0;
 }
 
 }  // namespace gw::dr_ekf

@@ -12,6 +12,7 @@
 #include "common/contract/dead_reckoning.h"
 #include "common/contract/samples.h"
 #include "dr_ekf/core/filter_state.h"
+#include "dr_ekf/core/vision_witness.h"
 
 namespace gw::dr_ekf {
 
@@ -28,6 +29,7 @@ class DrModel {
   void ApplyImu(const ImuSample& sample, FilterState& state) const;
   void ApplyWheelBegin(Utime utime, FilterState& state) const;
   void ApplyWheel(const WheelSample& sample, FilterState& state) const;
+  void ApplyVerdict(const VisionVerdict& verdict, FilterState& state) const;
 
   // What consumers get; seq is the caller's.
   DrState Publish(const FilterState& state) const;
@@ -71,9 +73,18 @@ class DrModel {
   SE3 MotionSinceClone(const FilterState& state) const;
   double WayVariance(double way) const;
   double WheelYawVariance(double way, double yaw) const;
+  double TrackSpeed(double yaw, double dt) const;
 
-  void FlagSlip(Utime utime, FilterState& state) const;
+  // dr_model_slip.cc
+  // speed_doubt: m/s, how wrong the wheels' speed may be where nothing else measures it.
+  void FlagSlip(Utime utime, double speed_doubt, FilterState& state) const;
   void EndSlip(FilterState& state) const;
+  bool HasAccelerometer(const FilterState& state) const;
+  // Whether the wheels' way along an axis (0 or 1) of B is to be used. innovation: wheels minus
+  // accelerometer over the interval that ends now, variance: what the filter expects of it.
+  bool AcceptWay(int axis, double way, double innovation, double variance, double dt,
+                 FilterState& state) const;
+  void DoubtAccelerometer(int axis, double speed_error, FilterState& state) const;
 
   DrEkfConfig config_;
   ImuCalibration imu_;

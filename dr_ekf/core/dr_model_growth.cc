@@ -35,16 +35,17 @@ DrState DrModel::Publish(const FilterState& state) const {
   const double speed = out.v_OB_B.norm();
   const double rate = std::abs(out.w_OB_B.z());
   const bool gyro = out.imu_alive;
-  const double slip = state.slip ? kSlipVarianceFactor : 1.0;
+  const bool accel = HasAccelerometer(state);
+  // With an accelerometer the velocity's own covariance knows of a slip.
+  const double slip = state.slip && !accel ? kSlipVarianceFactor : 1.0;
   Vector6d white = Vector6d::Zero();
   Matrix6d& C = out.cov_twist_coherent;
 
   const double side = 2 * Square(config_.lateral_sigma_m_s) * kLateralCorrelation;
   if (out.wheels_alive) {
-    white.head<3>() << WayVariance(speed), side, side;
-    white.head<2>() *= slip;
-    if (state.slip) C(0, 0) += Square(kSlipWayShare * speed);
-    C(0, 0) += Square(speed) * state.P(kWheelScale, kWheelScale);
+    white.head<3>() << WayVariance(speed) * slip, side * slip, side;
+    if (state.slip && accel) C.block<2, 2>(0, 0) = state.P.block<2, 2>(kVelocity, kVelocity);
+    C(0, 0) += Square(state.speed_doubt) + Square(speed) * state.P(kWheelScale, kWheelScale);
   } else {
     C.block<3, 3>(0, 0) = state.P.block<3, 3>(kVelocity, kVelocity);
     white[1] = white[2] = side;
@@ -57,7 +58,7 @@ DrState DrModel::Publish(const FilterState& state) const {
     white[5] = Square(kHeadingSigmaPerSqrtS) + Square(kHeadingSigmaPerSqrtRad) * rate;
     C(5, 5) = Square(kHeadingDrift);
   } else {
-    white[5] = WheelYawVariance(speed, rate) * slip;
+    white[5] = WheelYawVariance(speed, rate) * (state.slip ? kSlipVarianceFactor : 1.0);
     C(5, 5) = Square(rate) * state.P(kYawScale, kYawScale);
   }
   if (!state.aligned) {

@@ -43,6 +43,11 @@ SE3 DrModel::MotionSinceClone(const FilterState& state) const {
   return T_BS_ * state.T_OS_clone.inverse() * state.T_OS * T_SB_;
 }
 
+// How wrong the speed may be when the wheels turned this much too far: one of them did it alone.
+double DrModel::TrackSpeed(double yaw, double dt) const {
+  return 0.5 * wheel_.track_width_m * std::abs(yaw) / dt;
+}
+
 void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
   const double dt = (sample.utime - sample.utime_begin).seconds();
   const double way = std::hypot(sample.dx_m, sample.dy_m);
@@ -74,14 +79,15 @@ void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
       if (Square(yaw - wheel_yaw) >
           Square(config_.gate_sigma) * (wheel_variance + variance + scale_variance)) {
         ++state.counters.gated_wheel_yaw;
-        FlagSlip(sample.utime, state);
+        FlagSlip(sample.utime, TrackSpeed(yaw - wheel_yaw, dt), state);
       }
     } else {
       if (std::abs(yaw / dt - state.w_OS_S.z()) >
-          kMaxYawAcceleration * dt + config_.gate_sigma * std::sqrt(2 * variance) / dt) {
-        FlagSlip(sample.utime, state);
+          config_.max_acceleration_m_s2 / (0.5 * wheel_.track_width_m) * dt +
+              config_.gate_sigma * std::sqrt(2 * variance) / dt) {
+        FlagSlip(sample.utime, TrackSpeed(yaw - state.w_OS_S.z() * dt, dt), state);
       }
-      if (state.slip) variance = kSlipVarianceFactor * variance + Square(kSlipWayShare * yaw);
+      if (state.slip) variance = kSlipVarianceFactor * variance + Square(kSlipYawShare * yaw);
       H[kYawScale] = -sample.dyaw_rad;
     }
     state.P(5, 5) += kUnknownVariance;
@@ -93,36 +99,24 @@ void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
   H[kYawScale] = -turn;
   const double residual = WrapAngle(wheel_yaw - angle.z());
   const double variance = (H * state.P * H.transpose())(0) + wheel_variance;
-  const double forget = std::exp(-dt / kSlipMemory);
-  state.yaw_residual_sum = forget * state.yaw_residual_sum + residual;
-  state.yaw_variance_sum = Square(forget) * state.yaw_variance_sum + variance;
-  const double gate = Square(config_.gate_sigma);
-  const bool refuse = Square(residual) > gate * variance ||
-                      Square(state.yaw_residual_sum) > gate * state.yaw_variance_sum;
-  if (refuse) {
-    // Enough of the sum to refuse the next sample too, not so much that it outlives the slip.
-    const double most = 1.2 * config_.gate_sigma * std::sqrt(state.yaw_variance_sum);
-    state.yaw_residual_sum = std::clamp(state.yaw_residual_sum, -most, most);
-    if (!state.rejecting_yaw) {
-      state.rejecting_yaw_since = sample.utime_begin;
-      state.rejected_yaw = 0;
-    }
-    state.rejecting_yaw = true;
-    state.rejected_yaw += residual;
-    const DurationUs rejecting = sample.utime - state.rejecting_yaw_since;
+  const bool was_rejecting = state.yaw_gate.rejecting;
+  const double excess = state.yaw_gate.Judge(residual, variance, config_.gate_sigma, kLeastSlipTurn,
+                                             sample.utime_begin, dt);
+  if (excess > 1) {
+    ++state.counters.gated_wheel_yaw;
+    if (!state.yaw_gate.rejecting) return;
+    state.rejected_yaw = residual + (was_rejecting ? state.rejected_yaw : 0.0);
+    const DurationUs rejecting =
+        sample.utime - state.yaw_gate.rejecting_since + DurationFromSeconds(dt);
     const double rate = state.rejected_yaw / rejecting.seconds();
-    if (rejecting > DurationFromSeconds(kMaxRejection) && std::abs(rate) < kMaxBiasJump) {
-      ++state.counters.gyro_bias_jumps;
-      state.P.diagonal().segment<3>(kGyroBias).array() += Square(kGyroBiasPrior) + Square(rate);
-      state.yaw_residual_sum = state.yaw_variance_sum = 0;
-      state.rejecting_yaw = false;
-    } else {
-      ++state.counters.gated_wheel_yaw;
-      FlagSlip(sample.utime, state);
+    if (rejecting <= DurationFromSeconds(kMaxYawRejection) || std::abs(rate) >= kMaxBiasJump) {
+      FlagSlip(sample.utime, TrackSpeed(residual, dt), state);
       return;
     }
+    ++state.counters.gyro_bias_jumps;
+    state.P.diagonal().segment<3>(kGyroBias).array() += Square(kGyroBiasPrior) + Square(rate);
+    state.yaw_gate = {};
   }
-  state.rejecting_yaw = false;
   if (state.slip) wheel_variance *= kSlipVarianceFactor;
   Update<1>(H, Scalar(residual), Scalar(wheel_variance), PoseUpdate::kCorrect, state);
 }
@@ -170,35 +164,30 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
 
   if (!state.way_unmeasured) {
     const Matrix3d S = H * state.P * H.transpose() + Matrix3d(variance.asDiagonal());
-    const Vector3d ratio = (way - way_filter).array().square() / S.diagonal().array();
-    const double worst = ratio.maxCoeff() / Square(config_.gate_sigma);
-    if (worst > 1) {
-      if (!state.rejecting_way) state.rejecting_way_since = sample.utime_begin;
-      state.rejecting_way = true;
-      ++state.counters.gated_wheel_way;
-      FlagSlip(sample.utime, state);
-      const bool too_long =
-          sample.utime - state.rejecting_way_since > DurationFromSeconds(kMaxRejection);
-      if (!too_long) return;
-      variance += worst * S.diagonal();  // believed again, as little as it agrees
-    } else {
-      state.rejecting_way = false;
+    const Vector3d residual = way - way_filter;
+    const double excess_up = Square(residual.z()) / (Square(config_.gate_sigma) * S(2, 2));
+    if (excess_up > 1) variance.z() += excess_up * S(2, 2);  // a bump, not slip
+    if (state.slip) variance.head<2>() *= kSlipVarianceFactor;
+    for (const int axis : {0, 1}) {
+      if (!AcceptWay(axis, way[axis], residual[axis], S(axis, axis), dt, state)) {
+        variance[axis] = kUnknownVariance;
+      }
     }
-    if (state.slip) variance *= kSlipVarianceFactor;
-    Update<3>(H, way - way_filter, variance.asDiagonal(), PoseUpdate::kCorrect, state);
+    Update<3>(H, residual, variance.asDiagonal(), PoseUpdate::kCorrect, state);
     return;
   }
 
   const Vector3d arm = T_BS_.translation();
   const Vector3d v_before = state.v_OS_S - state.w_OS_S.cross(arm);
   const Vector3d v_now = way / dt;
-  if ((v_now - v_before).head<2>().norm() >
-      kMaxAcceleration * dt + config_.gate_sigma * std::sqrt(2 * variance.x()) / dt) {
-    FlagSlip(sample.utime, state);
+  const double jump = (v_now - v_before).head<2>().norm();
+  if (jump >
+      config_.max_acceleration_m_s2 * dt + config_.gate_sigma * std::sqrt(2 * variance.x()) / dt) {
+    FlagSlip(sample.utime, jump, state);
   }
   if (state.slip) {
-    variance.x() = kSlipVarianceFactor * variance.x() + Square(kSlipWayShare * length);
-    variance.y() *= kSlipVarianceFactor;
+    variance.head<2>() *= kSlipVarianceFactor;
+    variance.x() += Square(state.speed_doubt) * 2 * kSlipHold * dt;  // coherent for as long
   }
   state.P.diagonal().head<3>().array() += kUnknownVariance;
   Update<3>(H, way - way_filter, variance.asDiagonal(), PoseUpdate::kDefine, state);

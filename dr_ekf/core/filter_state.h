@@ -8,6 +8,7 @@
 
 #include "common/core/se3.h"
 #include "common/core/time.h"
+#include "dr_ekf/core/slip_gate.h"
 
 namespace gw::dr_ekf {
 
@@ -94,13 +95,12 @@ struct FilterState {
   // Slip.
   bool slip = false;
   Utime slip_end;
-  double yaw_residual_sum = 0;  // wheels minus gyro, forgotten over kSlipMemory
-  double yaw_variance_sum = 0;
-  bool rejecting_yaw = false;
-  Utime rejecting_yaw_since;
-  double rejected_yaw = 0;  // sum of the residuals since then
-  bool rejecting_way = false;
-  Utime rejecting_way_since;
+  double speed_doubt = 0;  // m/s, one sigma of the wheels' speed where nothing else measures it
+  SlipGate yaw_gate;       // wheels against gyro
+  SlipGate forward_gate;   // wheels against accelerometer
+  SlipGate sideways_gate;
+  Utime accused_until;      // vision accused the wheels; the accelerometer is asked more closely
+  double rejected_yaw = 0;  // sum of the innovations since the yaw gate rejects
 
   StepCounters counters;
 };

@@ -55,22 +55,31 @@ inline constexpr double kCorrectionMemory = 0.2;  // s
 inline constexpr double kUnnoticedWay = 1e-4;   // m
 inline constexpr double kUnnoticedTurn = 5e-4;  // rad
 
-// Slip. While it lasts the wheels' variance is multiplied, and a share of the way itself is
-// doubted.
+// Slip. While it lasts the wheels' variance is multiplied, and a share of their turn is doubted.
 inline constexpr double kSlipVarianceFactor = 25;
-inline constexpr double kSlipWayShare = 0.3;
-inline constexpr double kSlipHold = 0.5;           // s, the flag outlives the last evidence
-inline constexpr double kSlipMemory = 0.5;         // s, of the summed wheel-gyro disagreement
-inline constexpr double kMaxAcceleration = 5.0;    // m/s^2, more than tyres on a floor transmit
-inline constexpr double kMaxYawAcceleration = 40;  // rad/s^2
-inline constexpr double kMaxRejection = 1.0;       // s; after it the wheels are believed again
+inline constexpr double kSlipYawShare = 0.3;
+inline constexpr double kSlipHold = 0.5;  // s, the flag outlives the last evidence
+// Less disagreement with gyro or accelerometer than this in SlipGate::kMemory is no slip: a bad
+// floor along the way; sideways also an IMU that is not quite where the calibration says.
+inline constexpr double kLeastSlip = 0.015;     // m
+inline constexpr double kLeastSlipTurn = 0.01;  // rad
+inline constexpr double kLeastSlide = 0.03;     // m
+// Vision that accuses the wheels lowers the limits of the accelerometer's gate to this share.
+inline constexpr double kAccusedShare = 0.5;
+inline constexpr double kVisionAcquitsAfter = 0.3;  // s of rejection
+inline constexpr double kVisionDelay = 0.2;         // s from the begin of a slip to the accusation
+// An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.
+inline constexpr double kSpeedSlack = 0.15;  // m/s
+inline constexpr double kTiltDoubt = 0.02;   // rad
+// After this time the wheels are believed again. The accelerometer knows the speed to 0.1 m/s for
+// this long; a gyro whose bias jumped must be found out sooner.
+inline constexpr double kMaxWayRejection = 3.0;  // s
+inline constexpr double kMaxYawRejection = 1.0;  // s
 // A steady disagreement of gyro and wheels up to this size is a gyro bias that jumped, not slip.
 inline constexpr double kMaxBiasJump = 0.15;  // rad/s
 
 // Plausibility of samples.
-inline constexpr double kMaxSpeed = 3.0;     // m/s, indoor wheeled robot
-inline constexpr double kMaxYawRate = 10.0;  // rad/s
-inline constexpr double kMaxGyro = 40.0;     // rad/s: beyond the 2000 deg/s range of MEMS gyros
-inline constexpr double kMaxAccel = 200.0;   // m/s^2: beyond the 16 g range of MEMS parts
+inline constexpr double kMaxGyro = 40.0;    // rad/s: beyond the 2000 deg/s range of MEMS gyros
+inline constexpr double kMaxAccel = 200.0;  // m/s^2: beyond the 16 g range of MEMS parts
 
 }  // namespace gw::dr_ekf

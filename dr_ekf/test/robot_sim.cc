@@ -36,8 +36,19 @@ class SmoothNoise {
 struct Motion {
   SE3 T_GB;
   Vector3d v_B = Vector3d::Zero();
-  double dway = 0, dyaw = 0;  // of this step
+  double dway = 0, dyaw = 0;  // of this step, as the wheels roll it
 };
+
+// How much of a slip there is at an instant, 0 to 1.
+double Strength(const SlipSpan& slip, double t) {
+  if (t < slip.begin_s || t >= slip.end_s) return 0;
+  if (slip.ramp_s <= 0) return 1;
+  return std::min({1.0, (t - slip.begin_s) / slip.ramp_s, (slip.end_s - t) / slip.ramp_s});
+}
+
+// A threshold under the axle, as the wheels' radius rounds it.
+constexpr double kBumpLength = 0.3;   // m
+constexpr double kBumpHeight = 0.01;  // m
 
 double Toward(double from, double to, double step) {
   return from + std::clamp(to - from, -step, step);
@@ -55,6 +66,9 @@ std::vector<Motion> Drive(const DrEkfConfig& config, const SimOptions& options, 
   double v_goal = 0, w_goal = 0, v_ramp = 0, w_ramp = 0, v1 = 0, w1 = 0, v = 0, w = 0;
   double yaw = 0;
   double next_change = options.parked_s;
+  CounterRng bump_rng(options.seed, 4, 0);
+  double next_bump = options.parked_s;
+  double bump_at = -1, driven = 0;  // m
   Vector3d p = Vector3d::Zero();
   for (int i = 1; i <= steps; ++i) {
     const double t = i * kStep;
@@ -64,7 +78,7 @@ std::vector<Motion> Drive(const DrEkfConfig& config, const SimOptions& options, 
       v_goal = stop ? 0 : rng.Uniform(0.2, options.max_speed);
       w_goal = stop ? 0 : rng.Uniform(-options.max_turn, options.max_turn);
     }
-    v_ramp = Toward(v_ramp, v_goal, 0.8 * kStep);
+    v_ramp = Toward(v_ramp, v_goal, options.acceleration * kStep);
     w_ramp = Toward(w_ramp, w_goal, 2.0 * kStep);
     v1 += (v_ramp - v1) * kStep / 0.05;
     w1 += (w_ramp - w1) * kStep / 0.05;
@@ -79,21 +93,37 @@ std::vector<Motion> Drive(const DrEkfConfig& config, const SimOptions& options, 
       side.Advance(kStep, rng);
       up.Advance(kStep, rng);
     }
-    const double way = v * kStep;
-    if (rough && way != 0) {
-      roll.Advance(std::abs(way), rng);
-      pitch.Advance(std::abs(way), rng);
+    double ground_v = v;
+    for (const SlipSpan& slip : options.slips) {
+      ground_v *= 1 + (slip.traction - 1) * Strength(slip, t);
+    }
+    const double way = ground_v * kStep;
+    driven += std::abs(way);
+    if (options.bumps_per_minute > 0 && t >= next_bump && driven > bump_at + kBumpLength) {
+      next_bump = t + bump_rng.Uniform(0.5, 1.5) * 60 / options.bumps_per_minute;
+      bump_at = driven;
+    }
+    // The floor rises and falls like sin^4: it lifts the axle, and with the castor behind it tilts
+    // the body by a third of its slope.
+    double climb = 0, bump_pitch = 0;  // m/s, rad
+    if (rough && driven > bump_at && driven < bump_at + kBumpLength) {
+      const double phase = M_PI * (driven - bump_at) / kBumpLength;
+      const double slope =
+          kBumpHeight * 4 * std::pow(std::sin(phase), 3) * std::cos(phase) * M_PI / kBumpLength;
+      climb = slope * std::abs(ground_v);
+      bump_pitch = -slope / 3;
     }
     const Quaterniond q_before = out[i - 1].T_GB.rotation();
     yaw += w * kStep;
-    const Quaterniond q = Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) *
-                          Eigen::AngleAxisd(rough ? pitch.value() : 0, Vector3d::UnitY()) *
-                          Eigen::AngleAxisd(rough ? roll.value() : 0, Vector3d::UnitX());
-    const Vector3d v_B(v, moving * side.value(), rough ? moving * up.value() : 0);
+    const Quaterniond q =
+        Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) *
+        Eigen::AngleAxisd(rough ? pitch.value() + bump_pitch : 0, Vector3d::UnitY()) *
+        Eigen::AngleAxisd(rough ? roll.value() : 0, Vector3d::UnitX());
+    const Vector3d v_B(ground_v, moving * side.value(), rough ? moving * up.value() + climb : 0);
     p += q_before.slerp(0.5, q) * v_B * kStep;
     out[i].T_GB = SE3(q, p);
     out[i].v_B = v_B;
-    out[i].dway = way;
+    out[i].dway = v * kStep;
     out[i].dyaw = w * kStep;
   }
   return out;
@@ -205,9 +235,10 @@ Recording Simulate(const Calibration& calibration, const DrEkfConfig& config,
       const Motion& m = motion[i];
       const double dway = m.dway / options.true_scale;
       const double dyaw = m.dyaw / options.true_yaw_scale;
-      way += dway + config.wheel_sigma_m_per_sqrt_m * std::sqrt(std::abs(dway)) * rng.Normal();
+      way += dway + options.wheel_noise * config.wheel_sigma_m_per_sqrt_m *
+                        std::sqrt(std::abs(dway)) * rng.Normal();
       yaw += dyaw +
-             kRadPerDeg *
+             options.wheel_noise * kRadPerDeg *
                  (config.wheel_sigma_deg_per_sqrt_m * std::sqrt(std::abs(dway)) * rng.Normal() +
                   config.wheel_sigma_deg_per_sqrt_rad * std::sqrt(std::abs(dyaw)) * rng.Normal());
       heading += m.dyaw;
@@ -215,10 +246,9 @@ Recording Simulate(const Calibration& calibration, const DrEkfConfig& config,
         heading += kHeadingSigmaPerSqrtS * std::sqrt(kStep) * rng.Normal();
       }
       for (const SlipSpan& slip : options.slips) {
-        if (i * kStep >= slip.begin_s && i * kStep < slip.end_s) {
-          way += slip.extra_v * kStep;
-          yaw += slip.extra_w * kStep;
-        }
+        const double strength = Strength(slip, i * kStep);
+        way += strength * (slip.extra_v * kStep + (slip.spin - 1) * dway);
+        yaw += strength * slip.extra_w * kStep;
       }
       if (i % every != 0) continue;
       const double half = 0.5 * wheel.track_width_m * yaw;

@@ -17,8 +17,11 @@ namespace gw::dr_ekf {
 
 struct SlipSpan {
   double begin_s = 0, end_s = 0;
-  double extra_v = 0;  // m/s that the wheels turn and the robot does not drive
-  double extra_w = 0;  // rad/s likewise
+  double extra_v = 0;   // m/s that the wheels turn and the robot does not drive
+  double extra_w = 0;   // rad/s likewise
+  double spin = 1;      // wheel speed / true speed; the robot goes on as it was
+  double traction = 1;  // true speed / wheel speed; the wheels go on as they were
+  double ramp_s = 0.0;  // fades in and out over this
 };
 
 struct SimOptions {
@@ -29,6 +32,9 @@ struct SimOptions {
   bool stops = true;      // stand still now and then
   double max_speed = 0.5;
   double max_turn = 0.8;
+  double acceleration = 0.8;    // m/s^2, of starts and stops
+  double wheel_noise = 1.0;     // times the noise that the filter is told
+  double bumps_per_minute = 0;  // thresholds of 1 cm; only with an accelerometer
   double true_scale = 1.0;
   double true_yaw_scale = 1.0;
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();

@@ -89,6 +89,9 @@ bool DrModel::ImuAlive(const FilterState& state) const {
 
 void DrModel::ApplyImu(const ImuSample& imu, FilterState& state) const {
   const double dt = state.has_imu ? (imu.utime - state.imu_utime).seconds() : 0.0;
+  // Before the step, which may be the first of a motion.
+  UpdateImuStillness(imu, state);
+  if (state.stationary) UpdateStationary(imu.utime, state);
   PropagateTo(imu.utime, &imu, state);
   state.has_imu = true;
   state.imu_utime = imu.utime;
@@ -99,7 +102,6 @@ void DrModel::ApplyImu(const ImuSample& imu, FilterState& state) const {
     state.w_OS_S = state.gyro_B - R_BI_ * state.gyro_bias;
     if (!state.aligned) state.w_OS_S.head<2>().setZero();
   }
-  UpdateImuStillness(imu, state);
   if (state.imu_has_accel && !state.aligned) Align(imu, state);
   UpdateStationary(imu.utime, state);
   EndSlip(state);

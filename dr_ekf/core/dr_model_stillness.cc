@@ -18,17 +18,19 @@ void DrModel::UpdateImuStillness(const ImuSample& imu, FilterState& state) const
   const double gyro_limit = 5 * imu_.gyro_noise * std::sqrt(imu_.rate_hz) + 0.005;
   const double accel_limit = 5 * imu_.accel_noise * std::sqrt(imu_.rate_hz) + 0.05;
   constexpr double kForget = 0.05;  // the reference follows drift, not motion
+  const Vector3d gyro = R_BI_ * imu.w_I_rad_s;
+  const Vector3d accel = R_BI_ * imu.a_I_m_s2;
   const bool first = state.imu_still_since.us == 0 && state.gyro_reference.isZero();
   const bool moved =
-      (state.gyro_B - state.gyro_reference).norm() > gyro_limit ||
-      (state.imu_has_accel && (state.accel_B - state.accel_reference).norm() > accel_limit);
+      (gyro - state.gyro_reference).norm() > gyro_limit ||
+      (imu.has_accel && imu_.has_accel && (accel - state.accel_reference).norm() > accel_limit);
   if (first || moved) {
     state.imu_still_since = imu.utime;
-    state.gyro_reference = state.gyro_B;
-    state.accel_reference = state.accel_B;
+    state.gyro_reference = gyro;
+    state.accel_reference = accel;
   } else {
-    state.gyro_reference += kForget * (state.gyro_B - state.gyro_reference);
-    state.accel_reference += kForget * (state.accel_B - state.accel_reference);
+    state.gyro_reference += kForget * (gyro - state.gyro_reference);
+    state.accel_reference += kForget * (accel - state.accel_reference);
   }
 }
 
@@ -67,14 +69,16 @@ void DrModel::UpdateStationary(Utime utime, FilterState& state) const {
     state.transition.middleRows<3>(kVelocity).setZero();
     state.correction_rate.setZero();
   } else {
-    // What moved before it was noticed: the wheels measure the way anew from the clone; the gyro
-    // was below the limit of stillness for at most a wheel period.
+    // What moved before it was noticed: the wheels measure the way anew from the clone. A gyro that
+    // notices by itself missed nothing; else it was below the limit for at most a wheel period.
     state.way_unmeasured = true;
     if (!ImuAlive(state)) state.yaw_unmeasured = true;
     state.P(0, 0) += Square(kUnnoticedWay);
-    state.P(5, 5) += Square(kUnnoticedTurn);
     state.correction_rate(0, 0) += Square(kUnnoticedWay) / kCorrectionMemory;
-    state.correction_rate(5, 5) += Square(kUnnoticedTurn) / kCorrectionMemory;
+    if (!ImuAlive(state) || state.imu_still_since < utime) {
+      state.P(5, 5) += Square(kUnnoticedTurn);
+      state.correction_rate(5, 5) += Square(kUnnoticedTurn) / kCorrectionMemory;
+    }
     state.P.diagonal().segment<3>(kVelocity) += Vector3d(1e-2, 1e-4, 1e-4);
   }
 }

@@ -65,9 +65,9 @@ inline constexpr double kLeastSlip = 0.015;     // m
 inline constexpr double kLeastSlipTurn = 0.01;  // rad
 inline constexpr double kLeastSlide = 0.03;     // m
 // Vision that accuses the wheels lowers the limits of the accelerometer's gate to this share.
-inline constexpr double kAccusedShare = 0.5;
+inline constexpr double kAccusedShare = 0.75;
 inline constexpr double kVisionAcquitsAfter = 0.3;  // s of rejection
-inline constexpr double kVisionDelay = 0.2;         // s from the begin of a slip to the accusation
+inline constexpr double kVisionDelay = 0.25;  // s: VisionWitness's window and the way of an image
 // An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.
 inline constexpr double kSpeedSlack = 0.15;  // m/s
 inline constexpr double kTiltDoubt = 0.02;   // rad

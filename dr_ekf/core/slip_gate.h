@@ -34,7 +34,10 @@ struct SlipGate {
     const double limit = std::max(gate_sigma * std::sqrt(variance), least);
     const double excess_of_sum = sum * sum / (limit * limit);
     if (excess_of_sum > 1 && !rejecting) rejecting_since = utime;
+    const bool over = rejecting && excess_of_sum <= 1;
     rejecting = excess_of_sum > 1;
+    // What a slip has left in the sum says nothing of what comes after it.
+    if (over) sum = 0;
     // Enough of the sum to refuse the next one too, not so much that it outlives the slip.
     sum = std::clamp(sum, -1.2 * limit, 1.2 * limit);
     return std::max(excess_of_sum,

@@ -6,9 +6,9 @@
 namespace gw::dr_ekf {
 namespace {
 
-constexpr DurationUs kWindow = Milliseconds(300);
+constexpr DurationUs kWindow = Milliseconds(200);
 constexpr DurationUs kMemory = Milliseconds(1000);  // of the wheels' way, for late images
-constexpr double kLeastWatched = 0.15;              // s of the window that must have been seen
+constexpr double kLeastWatched = 0.12;              // s of the window that must have been seen
 constexpr DurationUs kMaxImageGap = Milliseconds(150);
 constexpr size_t kMaxWaiting = 32;
 
@@ -16,9 +16,10 @@ constexpr size_t kMaxWaiting = 32;
 constexpr double kMaxDrShare = 0.01;
 constexpr double kMinQuality = 0.9;
 
-// Wheels and vision agree to a few percent and centimetres per second where both are well; from
-// these on the wheels are accused. A slip at twice the true speed is a half.
-constexpr double kLeastExcess = 0.1;        // m/s
+// Wheels and vision agree to a few percent and centimetres per second where both are well: 2 mm in
+// each pose and 1 cm/sqrt(m) of the wheels are 0.02 m/s over the window. From these on the wheels
+// are accused. A slip at twice the true speed is a half.
+constexpr double kLeastExcess = 0.07;       // m/s
 constexpr double kLeastExcessShare = 0.25;  // of the faster one
 // A rolling robot goes where it looks. Vision that sees it go sideways or up this much, as a share
 // of what it holds against the wheels, is not to be believed either.

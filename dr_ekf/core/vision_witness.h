@@ -1,6 +1,6 @@
-// What healthy vision says of the wheels: their way against that of FRAME_POSE over the last third
+// What healthy vision says of the wheels: their way against that of FRAME_POSE over the last fifth
 // of a second. Only a witness: it never gives a motion, and whether it is believed is for DrModel
-// (docs/adr/0007-dr-health.md says why).
+// (docs/adr/0008-dr-health.md says why).
 #pragma once
 
 #include <deque>

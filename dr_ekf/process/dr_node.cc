@@ -41,6 +41,7 @@ Result<Done> DrNode::Start(process::Shell& shell) {
   }
   if (!ok) return ok;
   return shell.Listen<FramePose>(wire::kFramePose, [this, &shell](const FramePose& pose, Utime) {
+    if (filter_) Take(filter_->Push(pose), shell);
     if (composer_.Push(pose) == LatchResult::kNoDeadReckoning) {
       shell.health().Count("frame_pose.without_dr");
     }

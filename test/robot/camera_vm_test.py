@@ -44,7 +44,8 @@ def main(binaries, folder):
     vm = guest.Guest(folder, "camera_vm",
                      programs=[f"{binaries}/gw-camera", f"{binaries}/gw-bus-probe",
                                shutil.which("v4l2-ctl")],
-                     modules=["vivid"], files={"/etc/vivid.yaml": f"{folder}/vivid.yaml"})
+                     modules=["vivid"], files={"/etc/vivid.yaml": f"{folder}/vivid.yaml"},
+                     extra=guest.VIRTUAL_TIME)
     try:
         check(vm)
     finally:

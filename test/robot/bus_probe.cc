@@ -4,12 +4,16 @@
 //   CAMERA n=25 lost=0 gaps_ms=39..41 640x480      every 25 images
 //   WHEEL n=50 lost=0 ticks=12345,12399 dx_m=0.123 dyaw_rad=0.01      every 50 samples, sums
 //   IMU n=200 lost=0                               every 200 samples
+//
+// Given a speed and a turn rate it commands them ten times a second instead, until it is stopped.
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <string>
 
 #include "common/process/bus.h"
+#include "common/process/clock.h"
 #include "common/process/loop.h"
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/wire.h"
@@ -89,16 +93,20 @@ Result<Done> Listen(process::Bus* bus, const char* channel, std::function<void(c
       });
 }
 
-int Main(const std::string& url) {
-  auto loop = process::Loop::Create(Milliseconds(100));
-  auto bus = process::LiveBus::Create(url);
-  if (!loop || !bus) {
-    std::fprintf(stderr, "gw-bus-probe: %s\n",
-                 (!loop ? loop.error() : bus.error()).message.c_str());
-    return 1;
+int Drive(process::Loop* loop, process::Bus* bus, double v_m_s, double w_rad_s) {
+  const process::Clock clock;
+  for (int64_t seq = 1;; ++seq) {
+    if (!bus->Publish(wire::kBaseCommand,
+                      wire::Encode(BaseCommand{clock.Now(), seq, v_m_s, w_rad_s}))) {
+      return 1;
+    }
+    const auto ready = loop->Wait();
+    if (!ready || ready->stop) return ready ? 0 : 1;
   }
+}
+
+int Print(process::Loop* loop, process::Bus* raw) {
   Probe probe;
-  process::Bus* raw = bus->get();
   const bool listening =
       Listen<Health>(raw, wire::kHealth, [&](const Health& h) { probe.OnHealth(h); }).ok() &&
       Listen<wire::DecodedCamera>(raw, wire::kCamera,
@@ -116,13 +124,25 @@ int Main(const std::string& url) {
   }
 }
 
+int Main(int argc, char** argv) {
+  auto loop = process::Loop::Create(Milliseconds(100));
+  auto bus = process::LiveBus::Create(argv[1]);
+  if (!loop || !bus) {
+    std::fprintf(stderr, "gw-bus-probe: %s\n",
+                 (!loop ? loop.error() : bus.error()).message.c_str());
+    return 1;
+  }
+  if (argc == 2) return Print(&*loop, bus->get());
+  return Drive(&*loop, bus->get(), std::atof(argv[2]), std::atof(argv[3]));
+}
+
 }  // namespace
 }  // namespace gw
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: gw-bus-probe LCM_URL\n");
+  if (argc != 2 && argc != 4) {
+    std::fprintf(stderr, "usage: gw-bus-probe LCM_URL [SPEED_M_S TURN_RATE_RAD_S]\n");
     return 2;
   }
-  return gw::Main(argv[1]);
+  return gw::Main(argc, argv);
 }

@@ -204,6 +204,9 @@ Result<Done> Run(const Arguments& a) {
   }
   const auto delivered = deliver(true);
   if (!delivered) return delivered.error();
+  if (log && g_stop != 0 && drive == Drive::kPath) {
+    return Error{ErrorCode::kIo, "interrupted: " + part + " ends before the way does"};
+  }
   if (log) {
     const auto closed = log->Close();
     if (!closed) return closed.error();

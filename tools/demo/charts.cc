@@ -39,7 +39,7 @@ Panel OverTime(const RunAnalysis& run, const std::string& title, const std::stri
   panel.x_label = "s";
   panel.y_label = unit;
   panel.x_range = {0, std::max(1.0, run.seconds())};
-  for (const auto& [begin, end] : run.blind) panel.spans.push_back({begin, end, "vision blind"});
+  for (const auto& [begin, end] : run.blind) panel.spans.push_back({begin, end, ""});
   return panel;
 }
 

@@ -176,7 +176,7 @@ Result<std::string> RenderReport(const ReportInput& input) {
   page +=
       Section("Over time",
               "Q falls when the image shows too little or too little of it is matched; alpha then "
-              "raises the weight of dead reckoning.",
+              "raises the weight of dead reckoning. Shaded: vision is blind.",
               SvgImage(TimeChart(run), "Q, alpha and error over time"));
   page += Section("Latency", "", SvgImage(LatencyChart(run), "histogram of latency"));
   page += Section("What the camera saw", "Circles: features, as large as their pyramid level.",

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "common/core/format.h"
 #include "common/core/random.h"
 #include "common/core/version.h"
 #include "lcmtypes/wire/channels.h"
@@ -235,8 +236,11 @@ void Simulation::BeginEvents() {
   for (; next_event_ < scenario_.events.size() && scenario_.events[next_event_].at_s <= t;
        ++next_event_) {
     const Event& event = scenario_.events[next_event_];
+    const Eigen::Vector2d& to = event.to.position;
     Note(std::string("event.") + EventName(event.kind),
-         "for " + std::to_string(event.for_s) + " s");
+         event.kind == EventKind::kKidnap
+             ? "to (" + FormatFixed(to.x(), 2) + ", " + FormatFixed(to.y(), 2) + ") m"
+             : "for " + FormatFixed(event.for_s, 1) + " s");
     if (event.kind != EventKind::kKidnap) continue;
     base_->Place(event.to.position, event.to.yaw);
     T_GB_ = floor_.BodyPose(event.to.position, event.to.yaw);

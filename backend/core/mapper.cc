@@ -6,6 +6,7 @@
 #include "backend/core/culling.h"
 #include "backend/core/fusion.h"
 #include "backend/core/landmark_state.h"
+#include "backend/core/loop/locate.h"
 #include "backend/core/triangulation.h"
 #include "backend/core/window.h"
 
@@ -271,12 +272,12 @@ std::optional<LocalBaJob> Mapper::BuildGlobalJob() const {
 }
 
 std::optional<MapUpdate> Mapper::ApplyGlobal(const LocalBaResult& result) {
-  if (!result.usable) {
-    ++counters_.global_ba_failed;
-    return std::nullopt;
-  }
   if (result.revision < loop_revision_) {
     ++counters_.global_ba_stale;
+    return std::nullopt;
+  }
+  if (!result.usable) {
+    ++counters_.global_ba_failed;
     return std::nullopt;
   }
   TakeOver(result);
@@ -284,6 +285,10 @@ std::optional<MapUpdate> Mapper::ApplyGlobal(const LocalBaResult& result) {
   MapUpdate update = Commit();
   poses_moved_revision_ = update.revision;
   return update;
+}
+
+PlaceMatch Mapper::Locate(const PlaceQuery& query) const {
+  return backend::Locate(map_, context_, loops_.places(), query);
 }
 
 MapUpdate Mapper::Snapshot(const std::optional<SE3>& T_WC_near) const {

@@ -20,6 +20,7 @@
 #include "backend/core/loop/loop_closer.h"
 #include "backend/core/map.h"
 #include "backend/core/mapping_context.h"
+#include "common/contract/place.h"
 #include "common/core/result.h"
 
 namespace gw::backend {
@@ -88,6 +89,9 @@ class Mapper {
   std::optional<LocalBaJob> BuildGlobalJob() const;
   // Empty when a loop was closed since the job was cut, or the result is not usable (counted).
   std::optional<MapUpdate> ApplyGlobal(const LocalBaResult& result);
+
+  // Answers a PlaceQuery. Does not change the map.
+  PlaceMatch Locate(const PlaceQuery& query) const;
 
   // Answers a MapRequest: the whole map, or with a guess at most kSnapshotKeyframes keyframes
   // nearest to it and the landmarks they observe. Does not change the revision.

@@ -60,12 +60,20 @@ Result<Done> BackendNode::Start(process::Shell& shell) {
     if (const auto opened = OpenMap(shell); !opened) return opened;
   }
   shell.loop().Watch(solver_.fd());
+  shell.loop().Watch(global_solver_.fd());
 
   Result<Done> ok = shell.ListenRaw(
       wire::kKeyframe, [this, &shell](auto bytes, Utime) { TakeKeyframes(bytes, shell); });
   if (!ok) return ok;
   ok = shell.Listen<wire::Ack>(wire::kMapUpdateAck,
                                [this](const wire::Ack& ack, Utime) { updates_->HandleAck(ack); });
+  if (!ok) return ok;
+  ok = shell.Listen<PlaceQuery>(wire::kPlaceQuery, [this, &shell](const PlaceQuery& query, Utime) {
+    PlaceMatch match = mapper_.Locate(query);
+    match.seq = ++place_match_seq_;
+    shell.health().Count(match.found ? "PLACE_QUERY.found" : "PLACE_QUERY.not_found");
+    shell.Publish(wire::kPlaceMatch, wire::Encode(match));
+  });
   if (!ok) return ok;
   return shell.Listen<MapRequest>(wire::kMapRequest, [this](const MapRequest& request, Utime) {
     const auto guess = request.has_guess ? std::optional(request.T_WC_guess) : std::nullopt;
@@ -109,6 +117,7 @@ void BackendNode::Insert(const Keyframe& keyframe, bool journalled, process::She
   if (!journalled) Journalize(keyframe, shell);
   Publish(*result.update, shell);
   dirty_ = true;
+  if (!loop_ && !loop_runs_) loop_ = mapper_.CloseLoop();
   shell.health().AddLatency(shell.Now() - begin);
 }
 
@@ -143,14 +152,50 @@ void BackendNode::CareForJournal(process::Shell& shell) {
   }
 }
 
-bool BackendNode::Step(process::Shell& shell) {
-  if (const auto result = solver_.Take()) {
-    if (const auto update = mapper_.Apply(*result)) Publish(*update, shell);
+void BackendNode::TakeLoop(const LoopGraphResult& result, process::Shell& shell) {
+  loop_runs_ = false;
+  if (const auto update = mapper_.Apply(result)) Publish(*update, shell);
+  if (!result.closed()) return;
+  shell.health().Count("loops.closed");
+  global_wanted_ = true;
+  if (global_solver_.busy()) {
+    global_solver_.Abandon();
+    shell.health().Count("global_ba.abandoned");
   }
-  if (dirty_ && !solver_.busy()) {
+}
+
+void BackendNode::TakeOutcomes(process::Shell& shell) {
+  if (const auto outcome = solver_.Take()) {
+    if (const auto* loop = std::get_if<LoopGraphResult>(&*outcome)) {
+      TakeLoop(*loop, shell);
+    } else if (const auto update = mapper_.Apply(std::get<LocalBaResult>(*outcome))) {
+      Publish(*update, shell);
+    }
+  }
+  if (const auto outcome = global_solver_.Take()) {
+    if (const auto update = mapper_.ApplyGlobal(std::get<LocalBaResult>(*outcome))) {
+      Publish(*update, shell);
+    }
+  }
+}
+
+void BackendNode::StartJobs() {
+  if (!solver_.busy() && loop_) {
+    solver_.Start(*std::exchange(loop_, std::nullopt));
+    loop_runs_ = true;
+  } else if (!solver_.busy() && dirty_) {
     dirty_ = false;
     if (auto job = mapper_.BuildJob()) solver_.Start(std::move(*job));
   }
+  if (global_wanted_ && !global_solver_.busy()) {
+    global_wanted_ = false;
+    if (auto job = mapper_.BuildGlobalJob()) global_solver_.Start(std::move(*job));
+  }
+}
+
+bool BackendNode::Step(process::Shell& shell) {
+  TakeOutcomes(shell);
+  StartJobs();
   for (const wire::Bytes* message : updates_->Due(shell.Now())) {
     shell.Publish(wire::kMapUpdate, *message);
   }

@@ -44,6 +44,9 @@ class BackendNode : public process::Node {
   void TakeKeyframes(std::span<const uint8_t> message, process::Shell& shell);
   void Insert(const Keyframe& keyframe, bool journalled, process::Shell& shell);
   void Publish(const MapUpdate& update, process::Shell& shell);
+  void TakeOutcomes(process::Shell& shell);
+  void TakeLoop(const LoopGraphResult& result, process::Shell& shell);
+  void StartJobs();
   template <typename Record>
   void Journalize(const Record& record, process::Shell& shell);
   void CareForJournal(process::Shell& shell);
@@ -54,8 +57,13 @@ class BackendNode : public process::Node {
   MapUse use_;
   Mapper mapper_;
   std::optional<Journal> journal_;
-  SolverThread solver_;
-  bool dirty_ = false;  // keyframes came since the last job was cut
+  SolverThread solver_;               // local BA, and the pose graphs of loops, which go first
+  SolverThread global_solver_;        // global BA after every closed loop; a newer loop abandons it
+  bool dirty_ = false;                // keyframes came since the last local BA job was cut
+  std::optional<LoopGraphJob> loop_;  // waits for the solver
+  bool loop_runs_ = false;            // in the solver
+  bool global_wanted_ = false;
+  int64_t place_match_seq_ = 0;
   std::optional<process::ReliableReceiver> keyframes_;
   std::optional<process::ReliableSender> updates_;
   std::optional<Utime> last_journal_try_;

@@ -16,6 +16,7 @@ SolverThread::SolverThread() : event_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
 }
 
 SolverThread::~SolverThread() {
+  Abandon();
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
@@ -24,9 +25,10 @@ SolverThread::~SolverThread() {
   thread_.join();
 }
 
-void SolverThread::Start(LocalBaJob job) {
+void SolverThread::Start(Job job) {
   GW_CHECK(!busy_);
   busy_ = true;
+  abandon_ = false;
   {
     const std::lock_guard lock(mutex_);
     job_ = std::move(job);
@@ -34,35 +36,46 @@ void SolverThread::Start(LocalBaJob job) {
   wake_.notify_one();
 }
 
-std::optional<LocalBaResult> SolverThread::Take() {
+std::optional<SolverThread::Outcome> SolverThread::Take() {
   const std::lock_guard lock(mutex_);
-  if (!result_) return std::nullopt;
+  if (!outcome_) return std::nullopt;
   eventfd_t count;
   eventfd_read(event_.get(), &count);
   busy_ = false;
-  return std::exchange(result_, std::nullopt);
+  return std::exchange(outcome_, std::nullopt);
+}
+
+SolverThread::Outcome SolverThread::Solve(const Job& job) {
+  if (const auto* graph = std::get_if<LoopGraphJob>(&job)) {
+    try {
+      return SolveLoopGraph(*graph);
+    } catch (const std::exception&) {
+      return LoopGraphResult();  // not usable
+    }
+  }
+  const auto& bundle = std::get<LocalBaJob>(job);
+  try {
+    return SolveLocalBa(bundle, &abandon_);
+  } catch (const std::exception&) {
+    LocalBaResult failed;  // not usable; the mapper counts it
+    failed.revision = bundle.revision;
+    failed.newest = bundle.newest;
+    return failed;
+  }
 }
 
 void SolverThread::Run() {
   while (true) {
-    std::optional<LocalBaJob> job;
+    std::optional<Job> job;
     {
       std::unique_lock lock(mutex_);
       wake_.wait(lock, [this] { return stop_ || job_; });
       if (stop_) return;
       job = std::exchange(job_, std::nullopt);
     }
-    LocalBaResult result;
-    try {
-      result = SolveLocalBa(*job);
-    } catch (const std::exception&) {
-      // Not usable; the mapper counts it.
-      result = LocalBaResult();
-      result.revision = job->revision;
-      result.newest = job->newest;
-    }
+    Outcome outcome = Solve(*job);
     const std::lock_guard lock(mutex_);
-    result_ = std::move(result);
+    outcome_ = std::move(outcome);
     eventfd_write(event_.get(), 1);
   }
 }

@@ -57,6 +57,13 @@ Motion MotionModel::Between(Utime a, Utime b) const {
   return out;
 }
 
+std::optional<SE3> MotionModel::OdometryPose(Utime utime) const {
+  if (!DrPredicts(variant_)) return std::nullopt;
+  const auto T_OB = dr_.PoseAt(utime, kMaxExtrapolation);
+  if (!T_OB) return std::nullopt;
+  return *T_OB * T_BC_;
+}
+
 void MotionModel::Observe(const SE3& T_ab, Utime a, Utime b) {
   if (a == observed_) velocity_ = T_ab.Log() / (b - a).seconds();
   observed_ = b;

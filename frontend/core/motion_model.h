@@ -44,6 +44,10 @@ class MotionModel {
     return dr_.Increment(a, b, kMaxExtrapolation);
   }
 
+  // The camera in the odometry frame; empty where DR does not cover the instant, or the variant
+  // does not use it.
+  std::optional<SE3> OdometryPose(Utime utime) const;
+
   // What vision measured between two images in a row: the velocity to go on with.
   void Observe(const SE3& T_ab, Utime a, Utime b);
 

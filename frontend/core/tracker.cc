@@ -9,6 +9,7 @@
 #include "frontend/core/keyframe_policy.h"
 #include "frontend/core/local_map.h"
 #include "frontend/core/motion_model.h"
+#include "frontend/core/place_confirmation.h"
 #include "frontend/core/pose_finder.h"
 #include "frontend/core/pose_uncertainty.h"
 #include "frontend/core/rolling_shutter.h"
@@ -28,6 +29,13 @@ constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
 // DR counts noticeably from this share of the pose's information.
 constexpr double kNoticeableShare = 0.2;
+
+// The pose may be anywhere in the map: what is published until a place is confirmed.
+Matrix6d CovarianceOfNoIdea() {
+  Vector6d variance;
+  variance << Eigen::Vector3d::Constant(100), Eigen::Vector3d::Constant(1);  // (10 m)^2, (1 rad)^2
+  return variance.asDiagonal();
+}
 
 double MahalanobisSquared(const SE3& T_expected, const SE3& T_found, const Matrix6d& cov) {
   const Vector6d d = (T_expected.inverse() * T_found).Log();
@@ -52,6 +60,7 @@ class Tracker::Impl {
   bool Push(const DrState& state) { return motion_.Push(state); }
   bool Push(const MapUpdate& update);
   void Push(const Pose& pose);
+  void Push(const PlaceMatch& match);
   MapRequest Request() const;
   bool has_map() const { return map_known_; }
 
@@ -74,6 +83,8 @@ class Tracker::Impl {
   Keyframe MakeKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                         const FramePose& report);
   void FillPose(FramePose* report) const;
+  void SnapToPlace();
+  void ConsiderPlace(const FeatureFrame& frame, bool vision, bool hinted, TrackerOutput* out);
 
   FrontendConfig config_;
   RectifiedCamera camera_;
@@ -95,6 +106,8 @@ class Tracker::Impl {
   std::optional<Sighting> sighting_;
   std::vector<TrackedPoint> tracked_;
   std::optional<Pose> hint_;
+  PlaceConfirmation place_;
+  std::optional<PlaceConfirmation::Confirmed> confirmed_;  // to be tracked from at the next image
 
   KeyframeId reference_;      // keyframe the pose is expressed in
   KeyframeId last_keyframe_;  // newest of our own
@@ -273,6 +286,8 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     return out;
   }
 
+  const bool snapped = confirmed_.has_value();
+  if (snapped) SnapToPlace();
   Motion motion;
   if (has_image_) {
     motion = motion_.Between(utime_, utime);
@@ -281,7 +296,8 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     T_WC_ = motion_.FirstPose(utime);
     uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
   }
-  if (!placed_ && hint_ && !map_.empty()) {
+  const bool hinted = !placed_ && hint_ && !map_.empty();
+  if (hinted) {
     // From where POSE of the DR process says that the body was, in place of the last image's pose.
     T_WC_ = hint_->T_WB * camera_.T_BC;
     motion.T_ab = SE3();
@@ -333,6 +349,8 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
                                      : TrackingStatus::kLost;
     if (!map_known_ || map_.empty()) report.status = TrackingStatus::kInitializing;
   }
+  if (snapped) report.status = TrackingStatus::kRecovering;
+  ConsiderPlace(*frame, vision, hinted, &out);
   if (has_image_) T_CkeyC_ = T_CkeyC_ * (T_WC_before.inverse() * T_WC_);
   ++images_since_keyframe_;
   const bool unmatched = !vision && report.num_detected >= config_.keyframe_min_close;
@@ -357,12 +375,50 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
       last_vision_ = utime;
       placed_ = true;
     }
-  } else if (vision || (placed_ && motion.from_dr && DrInLocalBa(config_.variant))) {
+  } else if (!place_.in_doubt() &&
+             (vision || (placed_ && motion.from_dr && DrInLocalBa(config_.variant)))) {
     keyframe = WantsKeyframe(utime, *frame, found, vision);
   }
   if (keyframe) out.keyframe = MakeKeyframe(utime, *frame, vision ? found : FoundPose{}, report);
   FillPose(&report);
   return out;
+}
+
+// The pose of the last image becomes the one that the confirmed place says.
+void Tracker::Impl::SnapToPlace() {
+  if (const auto T_OC = motion_.OdometryPose(utime_)) {
+    T_WC_ = confirmed_->T_WO * *T_OC;
+    uncertainty_.Reset(confirmed_->cov_T_WC);
+    tracked_.clear();
+    placed_ = true;
+    // Carried away: dead reckoning does not lead from the last keyframe to here.
+    if (place_.in_doubt()) last_keyframe_ = {};
+  }
+  confirmed_.reset();
+}
+
+// Doubt and questions about where this image was taken. Call when its pose is decided, before a
+// keyframe is made of it.
+void Tracker::Impl::ConsiderPlace(const FeatureFrame& frame, bool vision, bool hinted,
+                                  TrackerOutput* out) {
+  PlaceEvidence evidence;
+  evidence.utime = out->pose.utime;
+  evidence.placed = placed_;
+  evidence.map_there = map_known_ && !map_.empty();
+  evidence.vision = vision;
+  evidence.num_inliers = out->pose.num_inliers;
+  evidence.num_detected = out->pose.num_detected;
+  evidence.T_OC = motion_.OdometryPose(out->pose.utime);
+  if (place_.Observe(evidence)) {
+    out->query = PlaceQuery{out->pose.utime, 0, frame.features, frame.descriptors};
+  }
+  if (place_.in_doubt()) {
+    out->pose.status = TrackingStatus::kRecovering;
+    out->pose.reason = TrackingReason::kPoseJump;
+  }
+  if (place_.in_doubt() || (!placed_ && evidence.map_there && !hinted)) {
+    uncertainty_.Reset(CovarianceOfNoIdea());
+  }
 }
 
 bool Tracker::Impl::Push(const MapUpdate& update) {
@@ -404,6 +460,12 @@ void Tracker::Impl::Push(const Pose& pose) {
   if (!placed_ && pose.has_map) hint_ = pose;
 }
 
+void Tracker::Impl::Push(const PlaceMatch& match) {
+  const auto T_OC = motion_.OdometryPose(match.utime);
+  if (!T_OC) return;
+  if (const auto confirmed = place_.Take(match, *T_OC)) confirmed_ = confirmed;
+}
+
 MapRequest Tracker::Impl::Request() const {
   MapRequest request;
   request.utime = utime_;
@@ -437,6 +499,9 @@ bool Tracker::Push(const MapUpdate& update) {
 }
 void Tracker::Push(const Pose& pose) {
   impl_->Push(pose);
+}
+void Tracker::Push(const PlaceMatch& match) {
+  impl_->Push(match);
 }
 MapRequest Tracker::Request() const {
   return impl_->Request();

@@ -14,6 +14,7 @@
 #include "common/config/frontend_config.h"
 #include "common/contract/dead_reckoning.h"
 #include "common/contract/map.h"
+#include "common/contract/place.h"
 #include "common/contract/samples.h"
 #include "common/contract/tracking.h"
 #include "common/core/result.h"
@@ -24,6 +25,7 @@ namespace gw::frontend {
 struct TrackerOutput {
   FramePose pose;
   std::optional<Keyframe> keyframe;  // to be delivered to the back-end, in order
+  std::optional<PlaceQuery> query;   // to be asked there; its answer to Push(PlaceMatch)
 };
 
 class Tracker {
@@ -51,6 +53,10 @@ class Tracker {
   // Where the robot is, from someone who kept track (POSE of the DR process): starting point after
   // a restart. Used only while this tracker has no pose in the map.
   void Push(const Pose& pose);
+
+  // The answer to a query. A place is believed when several answers agree with dead reckoning; the
+  // next image is then tracked from there (see place_confirmation.h).
+  void Push(const PlaceMatch& match);
 
   // What to ask the back-end for: the map around the current pose, if there is one.
   MapRequest Request() const;

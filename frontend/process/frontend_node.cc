@@ -45,6 +45,9 @@ Result<Done> FrontendNode::Start(process::Shell& shell) {
   if (!ok) return ok;
   ok = shell.Listen<Pose>(wire::kPose, [this](const Pose& pose, Utime) { tracker_.Push(pose); });
   if (!ok) return ok;
+  ok = shell.Listen<PlaceMatch>(wire::kPlaceMatch,
+                                [this](const PlaceMatch& match, Utime) { tracker_.Push(match); });
+  if (!ok) return ok;
   ok = shell.Listen<wire::Ack>(wire::kKeyframeAck,
                                [this](const wire::Ack& ack, Utime) { keyframes_->HandleAck(ack); });
   if (!ok) return ok;
@@ -91,6 +94,10 @@ void FrontendNode::ProcessImage(const WaitingImage& image, process::Shell& shell
   shell.health().AddLatency(latency);
   status_ = out.pose.status;
   last_image_ = shell.Now();
+  if (out.query) {
+    out.query->seq = ++query_seq_;
+    shell.Publish(wire::kPlaceQuery, wire::Encode(*out.query));
+  }
   if (out.keyframe) keyframes_->Push(wire::Encode(*out.keyframe));
 }
 

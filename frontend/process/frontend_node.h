@@ -43,6 +43,7 @@ class FrontendNode : public process::Node {
   bool map_wanted_ = true;  // ask for a snapshot
   std::optional<Utime> last_request_;
   int64_t request_seq_ = 0;
+  int64_t query_seq_ = 0;
   int64_t session_ = 0;
   std::optional<Utime> last_image_;
   TrackingStatus status_ = TrackingStatus::kInitializing;

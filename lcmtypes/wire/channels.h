@@ -18,6 +18,8 @@ inline constexpr char kKeyframeAck[] = "KEYFRAME_ACK";
 inline constexpr char kMapUpdate[] = "MAP_UPDATE";
 inline constexpr char kMapUpdateAck[] = "MAP_UPDATE_ACK";
 inline constexpr char kMapRequest[] = "MAP_REQUEST";
+inline constexpr char kPlaceQuery[] = "PLACE_QUERY";
+inline constexpr char kPlaceMatch[] = "PLACE_MATCH";
 inline constexpr char kHealth[] = "HEALTH";
 inline constexpr char kBaseCommand[] = "BASE_COMMAND";
 inline constexpr char kGroundTruth[] = "GROUND_TRUTH";
@@ -41,7 +43,7 @@ struct Channel {
   int queue_capacity;
 };
 
-inline constexpr std::array<Channel, 15> kChannels{{
+inline constexpr std::array<Channel, 17> kChannels{{
     {kCamera, "camera_t", "gw-camera, gw-sim, importer", "30 Hz", QueuePolicy::kNewest, 30},
     {kImu, "imu_t", "gw-camera, gw-kobuki, gw-sim, importer", "100-400 Hz", QueuePolicy::kEvery,
      2000},
@@ -54,6 +56,9 @@ inline constexpr std::array<Channel, 15> kChannels{{
     {kMapUpdate, "map_update_t", "gw-backend", "on demand", QueuePolicy::kReliable, 100},
     {kMapUpdateAck, "ack_t", "gw-frontend", "after each MAP_UPDATE", QueuePolicy::kNewest, 100},
     {kMapRequest, "map_request_t", "gw-frontend", "on demand", QueuePolicy::kNewest, 10},
+    {kPlaceQuery, "place_query_t", "gw-frontend", "on demand", QueuePolicy::kNewest, 10},
+    {kPlaceMatch, "place_match_t", "gw-backend", "after each PLACE_QUERY", QueuePolicy::kNewest,
+     10},
     {kHealth, "health_t", "every process", "1 Hz", QueuePolicy::kNewest, 100},
     {kBaseCommand, "base_command_t", "gw-navigate", "20 Hz", QueuePolicy::kNewest, 40},
     {kGroundTruth, "ground_truth_t", "gw-sim, importer", "any", QueuePolicy::kEvery, 1000},

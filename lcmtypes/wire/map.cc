@@ -3,6 +3,8 @@
 #include <gw_lcm/keyframe_t.hpp>
 #include <gw_lcm/map_request_t.hpp>
 #include <gw_lcm/map_update_t.hpp>
+#include <gw_lcm/place_match_t.hpp>
+#include <gw_lcm/place_query_t.hpp>
 
 #include "lcmtypes/wire/archive.h"
 
@@ -178,6 +180,42 @@ static void Fields(A& a, typename A::template Of<MapUpdate>& m) {
          });
 }
 
+static void Fields(Writer& a, const PlaceQuery& m) {
+  GW_CHECK(m.descriptors.size() == m.features.size());
+  a.Time("utime", m.utime);
+  Seq(a, "seq", m.seq);
+  a.Int32("num_features", m.features.size(), 0, 0);
+  for (size_t i = 0; i < m.features.size(); ++i) {
+    FeatureFields(a, m.features[i], m.descriptors[i], LandmarkId{});
+  }
+}
+
+static void Fields(Reader& a, PlaceQuery& m) {
+  a.Time("utime", m.utime);
+  Seq(a, "seq", m.seq);
+  size_t i = 0;
+  a.List("features", m.features, LandmarkId::kMaxFeatures, kFeatureBytes,
+         [&](Reader& each, Feature& feature) {
+           if (i == 0) m.descriptors.resize(m.features.size());
+           LandmarkId none;
+           FeatureFields(each, feature, m.descriptors[i], none);
+           ++i;
+         });
+}
+
+template <typename A>
+static void Fields(A& a, typename A::template Of<PlaceMatch>& m) {
+  a.Time("utime", m.utime);
+  Seq(a, "seq", m.seq);
+  Seq(a, "query_seq", m.query_seq);
+  a.Bool("found", m.found);
+  Transform(a, "T_WC", m.T_WC);
+  Covariance(a, "cov_T_WC_m2_rad2", m.cov_T_WC);
+  a.Int32("num_sights", m.num_sights, 0, kMaxCount);
+  Seq(a, "map_revision", m.map_revision);
+  Id(a, "keyframe_id", m.keyframe, false);
+}
+
 template <typename A>
 static void Fields(A& a, typename A::template Of<MapRequest>& m) {
   a.Time("utime", m.utime);
@@ -223,6 +261,22 @@ Bytes Encode(const MapRequest& request) {
 template <>
 Result<MapRequest> Decode(ByteSpan message) {
   return DecodeFields<MapRequest>("map_request_t", gw_lcm::map_request_t::getHash(), message);
+}
+
+Bytes Encode(const PlaceQuery& query) {
+  return EncodeFields(gw_lcm::place_query_t::getHash(), query);
+}
+template <>
+Result<PlaceQuery> Decode(ByteSpan message) {
+  return DecodeFields<PlaceQuery>("place_query_t", gw_lcm::place_query_t::getHash(), message);
+}
+
+Bytes Encode(const PlaceMatch& match) {
+  return EncodeFields(gw_lcm::place_match_t::getHash(), match);
+}
+template <>
+Result<PlaceMatch> Decode(ByteSpan message) {
+  return DecodeFields<PlaceMatch>("place_match_t", gw_lcm::place_match_t::getHash(), message);
 }
 
 void SetDelivery(const Delivery& delivery, Bytes& message) {

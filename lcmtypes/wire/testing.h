@@ -177,6 +177,17 @@ class RandomMessages {
     for (int i = Count(3); i > 0; --i) m.loops.push_back({Keyframe(), Keyframe(), Bool(), Pose()});
   }
   void Fill(MapRequest& m) { m = {Time(), Big(), Bool(), Pose()}; }
+  void Fill(PlaceQuery& m) {
+    m = {Time(), Big(), {}, {}};
+    for (int i = Count(40); i > 0; --i) {
+      m.features.push_back(
+          {Real32(), Real32(), Real32(), Real32(), Real32(), static_cast<uint8_t>(Count(8))});
+      m.descriptors.push_back(Bits());
+    }
+  }
+  void Fill(PlaceMatch& m) {
+    m = {Time(), Big(), Big(), Bool(), Pose(), Covariance(), Count(), Big(), Keyframe()};
+  }
 
   template <typename T>
   T Make() {

@@ -24,6 +24,7 @@
 #include "common/contract/dead_reckoning.h"
 #include "common/contract/health.h"
 #include "common/contract/map.h"
+#include "common/contract/place.h"
 #include "common/contract/samples.h"
 #include "common/contract/tracking.h"
 #include "common/core/result.h"
@@ -75,6 +76,8 @@ Bytes Encode(const Pose& pose);
 Bytes Encode(const Keyframe& keyframe);
 Bytes Encode(const MapUpdate& update);
 Bytes Encode(const MapRequest& request);
+Bytes Encode(const PlaceQuery& query);  // precondition: as many descriptors as features
+Bytes Encode(const PlaceMatch& match);
 Bytes Encode(const Ack& ack);
 Bytes Encode(const Health& health);
 Bytes Encode(const BaseCommand& command);
@@ -104,6 +107,10 @@ template <>
 Result<MapUpdate> Decode(ByteSpan message);
 template <>
 Result<MapRequest> Decode(ByteSpan message);
+template <>
+Result<PlaceQuery> Decode(ByteSpan message);
+template <>
+Result<PlaceMatch> Decode(ByteSpan message);
 template <>
 Result<Ack> Decode(ByteSpan message);
 template <>

@@ -15,6 +15,8 @@
 #include <gw_lcm/map_request_t.hpp>
 #include <gw_lcm/map_update_t.hpp>
 #include <gw_lcm/note_t.hpp>
+#include <gw_lcm/place_match_t.hpp>
+#include <gw_lcm/place_query_t.hpp>
 #include <gw_lcm/pose_t.hpp>
 #include <gw_lcm/wheel_t.hpp>
 #include <limits>
@@ -215,6 +217,28 @@ void ExpectSame(const gw_lcm::keyframe_t& g, const Keyframe& m) {
     EXPECT_EQ(g.features[i].landmark_id, m.landmarks[i].value);
   }
 }
+void ExpectSame(const gw_lcm::place_query_t& g, const PlaceQuery& m) {
+  EXPECT_EQ(g.utime, m.utime.us);
+  EXPECT_EQ(g.seq, m.seq);
+  ASSERT_EQ(g.features.size(), m.features.size());
+  for (size_t i = 0; i < m.features.size(); ++i) {
+    EXPECT_EQ(g.features[i].u_px, m.features[i].u);
+    EXPECT_EQ(g.features[i].depth_m, m.features[i].depth);
+    ExpectSame(g.features[i].descriptor, m.descriptors[i]);
+    EXPECT_EQ(g.features[i].landmark_id, 0);
+  }
+}
+void ExpectSame(const gw_lcm::place_match_t& g, const PlaceMatch& m) {
+  EXPECT_EQ(g.utime, m.utime.us);
+  EXPECT_EQ(g.seq, m.seq);
+  EXPECT_EQ(g.query_seq, m.query_seq);
+  EXPECT_EQ(g.found, m.found);
+  ExpectSame(g.p_WC_m, g.q_WC_wxyz, m.T_WC);
+  ExpectSame(g.cov_T_WC_m2_rad2, m.cov_T_WC);
+  EXPECT_EQ(g.num_sights, m.num_sights);
+  EXPECT_EQ(g.map_revision, m.map_revision);
+  EXPECT_EQ(g.keyframe_id, m.keyframe.value);
+}
 void ExpectSame(const gw_lcm::map_update_t& g, const MapUpdate& m) {
   EXPECT_EQ(g.utime, m.utime.us);
   EXPECT_EQ(g.seq, m.seq);
@@ -294,7 +318,8 @@ using AllTypes = ::testing::Types<
     Pair<Note, gw_lcm::note_t>, Pair<Ack, gw_lcm::ack_t>, Pair<DrState, gw_lcm::dr_t>,
     Pair<FramePose, gw_lcm::frame_pose_t>, Pair<Pose, gw_lcm::pose_t>,
     Pair<Health, gw_lcm::health_t>, Pair<Keyframe, gw_lcm::keyframe_t>,
-    Pair<MapUpdate, gw_lcm::map_update_t>, Pair<MapRequest, gw_lcm::map_request_t>>;
+    Pair<MapUpdate, gw_lcm::map_update_t>, Pair<MapRequest, gw_lcm::map_request_t>,
+    Pair<PlaceQuery, gw_lcm::place_query_t>, Pair<PlaceMatch, gw_lcm::place_match_t>>;
 TYPED_TEST_SUITE(Wire, AllTypes);
 
 TYPED_TEST(Wire, EncodesWhatLcmGenEncodes) {

@@ -27,6 +27,8 @@ std::optional<std::string> WhyUndecodable(std::string_view type, wire::ByteSpan 
   if (type == "keyframe_t") return why(wire::Decode<Keyframe>(message));
   if (type == "map_update_t") return why(wire::Decode<MapUpdate>(message));
   if (type == "map_request_t") return why(wire::Decode<MapRequest>(message));
+  if (type == "place_query_t") return why(wire::Decode<PlaceQuery>(message));
+  if (type == "place_match_t") return why(wire::Decode<PlaceMatch>(message));
   if (type == "ack_t") return why(wire::Decode<wire::Ack>(message));
   if (type == "health_t") return why(wire::Decode<Health>(message));
   if (type == "base_command_t") return why(wire::Decode<BaseCommand>(message));

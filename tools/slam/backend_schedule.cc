@@ -72,6 +72,19 @@ std::vector<MapUpdate> BackendSchedule::AdvanceTo(Utime now) {
   }
 }
 
+void BackendSchedule::Ask(const PlaceQuery& query, Utime now) {
+  answers_.emplace_back(now + latency_, mapper_.Locate(query));
+}
+
+std::vector<PlaceMatch> BackendSchedule::Answers(Utime now) {
+  std::vector<PlaceMatch> out;
+  while (!answers_.empty() && answers_.front().first <= now) {
+    out.push_back(std::move(answers_.front().second));
+    answers_.pop_front();
+  }
+  return out;
+}
+
 std::vector<MapUpdate> BackendSchedule::Finish() {
   std::vector<MapUpdate> updates;
   while (local_ || graph_ || global_) {

@@ -5,9 +5,12 @@
 // leaves at once. One worker does local BA and the pose graphs of loops, which go first: each ends
 // `latency` after it began; keyframes that arrive meanwhile wait for the next. A second worker does
 // global BA after each closed loop, in a time that follows from its size; a newer loop abandons it.
+// Questions about a place are answered from the map at once, and the answer travels for `latency`.
 #pragma once
 
+#include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "backend/core/mapper.h"
@@ -22,6 +25,9 @@ class BackendSchedule {
   // Times must not decrease over all calls. Each returns the updates that exist by then, in order.
   std::vector<MapUpdate> Insert(const Keyframe& keyframe, Utime now);
   std::vector<MapUpdate> AdvanceTo(Utime now);
+  // The answer exists `latency` after the question.
+  void Ask(const PlaceQuery& query, Utime now);
+  std::vector<PlaceMatch> Answers(Utime now);
   // Lets everything that is still running end.
   std::vector<MapUpdate> Finish();
 
@@ -42,6 +48,8 @@ class BackendSchedule {
   std::optional<backend::LocalBaResult> local_;
   std::optional<backend::LoopGraphResult> graph_;
   Utime ends_;
+
+  std::deque<std::pair<Utime, PlaceMatch>> answers_;
 
   // The second worker.
   std::optional<backend::LocalBaResult> global_;

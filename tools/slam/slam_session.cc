@@ -107,6 +107,7 @@ void SlamSession::ProcessDr(DrState state) {
 void SlamSession::ProcessImage(const CameraFrame& frame) {
   ++counters_.images;
   Deliver(backend_.AdvanceTo(frame.utime));
+  for (const PlaceMatch& match : backend_.Answers(frame.utime)) stages_.tracker.Push(match);
   const int64_t begin_us = now_us_ ? now_us_() : 0;
   frontend::TrackerOutput out = stages_.tracker.Push(frame);
   if (now_us_) tracking_us_.push_back(now_us_() - begin_us);
@@ -116,6 +117,7 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
       dr_.Increment(frame.utime - kDrCovarianceSpan, frame.utime, kMaxDrExtrapolation);
   dr_covariances_.push_back(increment ? std::optional(increment->cov) : std::nullopt);
   if (stages_.dr_filter) Deliver(stages_.dr_filter->Push(out.pose));
+  if (out.query) backend_.Ask(*out.query, frame.utime);
   if (out.keyframe) Deliver(backend_.Insert(*out.keyframe, frame.utime));
 }
 

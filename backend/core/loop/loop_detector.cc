@@ -1,7 +1,6 @@
 #include "backend/core/loop/loop_detector.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -22,10 +21,6 @@ constexpr int kAgree = 2;             // of the kWitnesses keyframes before must
 constexpr int kWitnesses = 4;
 constexpr double kAgreeTranslation = 0.25;  // m
 constexpr double kAgreeRotation = 4.0 * std::numbers::pi / 180.0;
-// What the optimiser's information leaves out: the landmarks have errors of their own, common to
-// all sights.
-constexpr double kFloorTranslation = 0.01;  // m
-constexpr double kFloorRotation = 0.003;    // rad
 
 // Keyframes that the map already relates to the newest one.
 std::set<KeyframeId> Related(const Map& map) {
@@ -164,17 +159,13 @@ std::optional<Loop> DetectLoop(const Map& map, const MappingContext& context,
       ++counters.inconsistent;
       continue;
     }
-    Vector6d floor;
-    floor << Eigen::Vector3d::Constant(kFloorTranslation * kFloorTranslation),
-        Eigen::Vector3d::Constant(kFloorRotation * kFloorRotation);
-    Matrix6d cov = fit->information.inverse();
-    cov.diagonal() += floor;
+    const Matrix6d cov = FitCovariance(*fit);
     Loop loop;
     loop.older = candidate;
     loop.newer = newest->frame.id;
     loop.T_OlderNewer = map.FindKeyframe(candidate)->frame.T_WC.inverse() * fit->T_WC;
     loop.sights = fit->sights;
-    loop.sqrt_information = Eigen::LLT<Matrix6d>(cov.inverse()).matrixU();
+    loop.sqrt_information = SqrtInformation(cov, 1.0);
     const auto chain = ChainDr(map, context, loop.older, loop.newer);
     if (chain && DrContradiction(*chain, loop.T_OlderNewer, cov) > kDrGate) {
       ++counters.refused_by_dr;

@@ -1,5 +1,6 @@
 #include "backend/core/loop/place_fit.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <map>
 
@@ -15,6 +16,8 @@ constexpr int kMaxDistance = 60;     // Hamming, of a pair before geometry
 constexpr double kMaxRatio = 0.85;   // best to second best landmark
 constexpr int kFewestAgreeing = 12;  // pairs that RANSAC must reconcile
 constexpr int kGuidedRounds = 2;
+constexpr double kFloorTranslation = 0.01;  // m
+constexpr double kFloorRotation = 0.003;    // rad
 
 std::vector<const Landmark*> LandmarksOf(const Map& map, const std::vector<KeyframeId>& group) {
   std::vector<LandmarkId> ids;
@@ -104,6 +107,13 @@ PoseObservation Observe(const MappingContext& context, const Feature& f,
 }
 
 }  // namespace
+
+Matrix6d FitCovariance(const PlaceFit& fit) {
+  Matrix6d cov = fit.information.inverse();
+  cov.diagonal().head<3>().array() += kFloorTranslation * kFloorTranslation;
+  cov.diagonal().tail<3>().array() += kFloorRotation * kFloorRotation;
+  return cov;
+}
 
 std::vector<KeyframeId> PlaceGroup(const Map& map, KeyframeId centre) {
   std::vector<KeyframeId> group{centre};

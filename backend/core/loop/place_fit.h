@@ -34,6 +34,10 @@ std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
                                  const MapKeyframe& image, const std::vector<KeyframeId>& group,
                                  uint64_t seed);
 
+// Covariance of the pose (right perturbation): that of the fit, and a floor for what it leaves out,
+// the errors that its landmarks have in common.
+Matrix6d FitCovariance(const PlaceFit& fit);
+
 // `centre` and the keyframes that share most landmarks with it, at most kGroupSize.
 inline constexpr size_t kGroupSize = 12;
 std::vector<KeyframeId> PlaceGroup(const Map& map, KeyframeId centre);

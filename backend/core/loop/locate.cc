@@ -1,0 +1,78 @@
+#include "backend/core/loop/locate.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "backend/core/loop/place_fit.h"
+
+namespace gw::backend {
+namespace {
+
+constexpr size_t kMaxPlaces = 4;
+constexpr int kSamePlaceShared = 15;       // landmarks that two sights of one place share
+constexpr double kSamePoseDistance = 0.5;  // m
+constexpr double kSamePoseAngle = 0.2;     // rad
+
+std::vector<KeyframeId> Candidates(const Map& map, const PlaceIndex& places,
+                                   const PlaceQuery& query) {
+  std::vector<KeyframeId> out;
+  for (const PlaceScore& place : places.Query(query.descriptors)) {
+    if (out.size() == kMaxPlaces || place.num_matches < kFewestSights / 2) break;
+    const bool known = std::any_of(out.begin(), out.end(), [&](KeyframeId other) {
+      return map.SharedLandmarks(other, place.keyframe) >= kSamePlaceShared;
+    });
+    if (!known) out.push_back(place.keyframe);
+  }
+  return out;
+}
+
+}  // namespace
+
+PlaceMatch Locate(const Map& map, const MappingContext& context, const PlaceIndex& places,
+                  const PlaceQuery& query) {
+  PlaceMatch out;
+  out.utime = query.utime;
+  out.query_seq = query.seq;
+  out.map_revision = map.revision();
+
+  Keyframe frame;  // what CheckKeyframe asks of the rest is not asked of a query
+  frame.id = {1};
+  frame.features = query.features;
+  frame.descriptors = query.descriptors;
+  frame.landmarks.assign(query.features.size(), {});
+  if (CheckKeyframe(frame) != KeyframeFault::kNone) return out;
+  MapKeyframe image;
+  image.grid = FeatureGrid(frame.features);
+  image.frame = std::move(frame);
+
+  std::optional<PlaceFit> best;
+  size_t rival = 0;  // sights of the best fit elsewhere
+  for (const KeyframeId candidate : Candidates(map, places, query)) {
+    const auto fit = FitPlace(map, context, image, PlaceGroup(map, candidate),
+                              static_cast<uint64_t>(query.utime.us));
+    if (!fit) continue;
+    if (best) {
+      const SE3 apart = best->T_WC.inverse() * fit->T_WC;
+      const bool elsewhere = apart.translation().norm() > kSamePoseDistance ||
+                             LogSO3(apart.rotation()).norm() > kSamePoseAngle;
+      if (elsewhere) rival = std::max(rival, std::min(best->sights.size(), fit->sights.size()));
+      if (fit->sights.size() <= best->sights.size()) continue;
+    }
+    best = fit;
+    out.keyframe = candidate;
+  }
+  if (!best ||
+      static_cast<double>(rival) > kRivalShare * static_cast<double>(best->sights.size())) {
+    out.keyframe = {};
+    return out;
+  }
+  out.found = true;
+  out.T_WC = best->T_WC;
+  out.cov_T_WC = FitCovariance(*best);
+  out.num_sights = static_cast<int32_t>(best->sights.size());
+  return out;
+}
+
+}  // namespace gw::backend

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 
+#include <variant>
+
 #include "backend/core/mapper.h"
 #include "backend/test/world.h"
 
@@ -16,13 +18,15 @@ LocalBaJob MakeJob() {
   return *mapper.BuildJob();
 }
 
-// The result, as the node waits for it.
-LocalBaResult WaitFor(SolverThread& solver) {
+// The outcome, as the node waits for it.
+template <typename Result>
+Result WaitFor(SolverThread& solver) {
   pollfd ready{solver.fd(), POLLIN, 0};
   EXPECT_EQ(::poll(&ready, 1, 60'000), 1);
-  auto result = solver.Take();
-  EXPECT_TRUE(result);
-  return result.value_or(LocalBaResult());
+  const auto outcome = solver.Take();
+  const Result* result = outcome ? std::get_if<Result>(&*outcome) : nullptr;
+  EXPECT_NE(result, nullptr);
+  return result == nullptr ? Result() : *result;
 }
 
 TEST(SolverThread, SolvesOneJobAfterTheOtherAsTheSolverDoes) {
@@ -34,7 +38,7 @@ TEST(SolverThread, SolvesOneJobAfterTheOtherAsTheSolverDoes) {
   for (int i = 0; i < 5; ++i) {
     solver.Start(job);
     EXPECT_TRUE(solver.busy());
-    const LocalBaResult result = WaitFor(solver);
+    const auto result = WaitFor<LocalBaResult>(solver);
     EXPECT_FALSE(solver.busy());
     EXPECT_TRUE(result.usable);
     EXPECT_EQ(result.cost_after, expected.cost_after);
@@ -46,6 +50,27 @@ TEST(SolverThread, SolvesOneJobAfterTheOtherAsTheSolverDoes) {
     pollfd ready{solver.fd(), POLLIN, 0};
     EXPECT_EQ(::poll(&ready, 1, 0), 0);
   }
+}
+
+TEST(SolverThread, SolvesTheGraphOfALoop) {
+  LoopGraphJob job;
+  job.ids = {{1}};
+  job.graph.nodes.push_back({SE3(), true});
+  SolverThread solver;
+  solver.Start(job);
+  const auto result = WaitFor<LoopGraphResult>(solver);
+  EXPECT_TRUE(result.graph.usable);
+  EXPECT_EQ(result.T_correction.size(), 1u);
+}
+
+TEST(SolverThread, SolvesTheNextJobAfterOneWasAbandoned) {
+  const LocalBaJob job = MakeJob();
+  SolverThread solver;
+  solver.Start(job);
+  solver.Abandon();
+  WaitFor<LocalBaResult>(solver);  // whether or not it was solved before that
+  solver.Start(job);
+  EXPECT_TRUE(WaitFor<LocalBaResult>(solver).usable);
 }
 
 TEST(SolverThread, EndsWhileAJobRunsOrItsResultWaits) {

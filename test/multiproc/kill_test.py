@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 
-from live_system import System, ape, clock_us, enter_private_network, player, rows, skip
+from live_system import System, ape, clock_us, enter_private_network, player, rendered, rows, skip
 
 REJOIN_S = 1.0
 APE_RATIO = 1.1
@@ -24,12 +24,9 @@ LEAST_UP_S = 1.0  # between a restart and the next kill: shorter than LCM's own 
 
 def prepare(args):
     """The log, its configuration and its reference."""
-    log, config = f"{args.work}/log.lcm", f"{args.work}/log.yaml"
     if args.scenario:
-        if not os.path.exists(log):
-            subprocess.run([f"{args.bin}/gw-sim", "--scenario", args.scenario, "--log", log, "--config-out", config],
-                           check=True, stdout=subprocess.DEVNULL)
-        return log, config, log
+        return rendered(args.bin, args.scenario, args.work)
+    log, config = f"{args.work}/log.lcm", f"{args.work}/log.yaml"
     recording, truth = f"{args.data}/tum_fr1_rpy_first400", f"{args.work}/truth.tum"
     if not os.path.isdir(recording):
         skip(f"no recording at {recording}")

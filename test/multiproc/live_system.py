@@ -42,6 +42,15 @@ def player(log, channels="CAMERA|DR|IMU|WHEEL", speed=1.0):
     return ["lcm-logplayer", "--lcm-url=" + URL, f"--speed={speed}", f"--regexp=^({channels})$", log]
 
 
+def rendered(bin_dir, scenario, work):
+    """Log, configuration and reference of a scenario; rendered when they are not in `work` yet (GB)."""
+    log, config = f"{work}/log.lcm", f"{work}/log.yaml"
+    if not os.path.exists(log):
+        subprocess.run([f"{bin_dir}/gw-sim", "--scenario", scenario, "--log", log, "--config-out", config],
+                       check=True, stdout=subprocess.DEVNULL)
+    return log, config, log
+
+
 class System:
     """Processes of the robot, and the monitor."""
 

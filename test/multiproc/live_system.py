@@ -37,6 +37,15 @@ def enter_private_network():
     sys.exit(subprocess.run(command).returncode)
 
 
+def busy():
+    """Whether others use this host, so that images get lost in full buffers: says so, for what is not judged then."""
+    load, cores = os.getloadavg()[0], os.cpu_count()
+    if load <= cores + 1:
+        return False
+    print(f"load {load:.1f} on {cores} cores: times and losses are printed, not judged")
+    return True
+
+
 def player(log, channels="CAMERA|DR|IMU|WHEEL", speed=1.0):
     """The command that plays a log."""
     return ["lcm-logplayer", "--lcm-url=" + URL, f"--speed={speed}", f"--regexp=^({channels})$", log]

@@ -108,6 +108,7 @@ struct FrontendConfig {
   Variant variant = Variant::kFull;
   OrbConfig orb;
   DrWeightConfig dr_weight;
+  bool calibrate_dr = true;
   int min_inliers = 12;
   int keyframe_max_interval_ms = 1000;
   double keyframe_overlap = 0.75;
@@ -128,6 +129,8 @@ struct FrontendConfig {
     v.Section("orb", orb, {.text = "feature extraction"});
     v.Section("dr_weight", dr_weight,
               {.text = "Good Weights: tracking quality and the scale of the DR prior"});
+    v.Field("calibrate_dr", calibrate_dr,
+            {.text = "while vision is healthy, learn the scale errors of heading and way"});
     v.Field("min_inliers", min_inliers,
             {.min = 6,
              .max = 500,

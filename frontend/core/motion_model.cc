@@ -35,7 +35,7 @@ Motion MotionModel::Between(Utime a, Utime b) const {
     if (const auto increment = dr_.Increment(a, b, kMaxExtrapolation, &noise_B)) {
       const SE3 T_CB = T_BC_.inverse();
       const Matrix6d to_camera = T_CB.Adjoint();
-      out.T_ab = T_CB * increment->T_BaBb * T_BC_;
+      out.T_ab = T_CB * calibration_.Corrected(increment->T_BaBb) * T_BC_;
       out.noise.white = to_camera * noise_B.white * to_camera.transpose();
       out.noise.lever = to_camera * noise_B.lever;
       out.noise.coherent = noise_B.coherent;
@@ -64,9 +64,22 @@ std::optional<SE3> MotionModel::OdometryPose(Utime utime) const {
   return *T_OB * T_BC_;
 }
 
-void MotionModel::Observe(const SE3& T_ab, Utime a, Utime b) {
+std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
+  auto increment = dr_.Increment(a, b, kMaxExtrapolation);
+  if (increment) increment->T_BaBb = calibration_.Corrected(increment->T_BaBb);
+  return increment;
+}
+
+void MotionModel::Observe(const SE3& T_ab, Utime a, Utime b, bool healthy) {
   if (a == observed_) velocity_ = T_ab.Log() / (b - a).seconds();
   observed_ = b;
+  const auto increment = healthy && calibrate_dr_ ? dr_.Increment(a, b, kMaxExtrapolation)
+                                                  : std::optional<DrIncrement>();
+  if (increment && !increment->slip) {
+    calibration_.Observe(increment->T_BaBb, T_BC_ * T_ab * T_BC_.inverse(), b - a);
+  } else {
+    calibration_.Interrupt();
+  }
 }
 
 }  // namespace gw::frontend

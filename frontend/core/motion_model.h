@@ -11,6 +11,7 @@
 #include "common/contract/dr_history.h"
 #include "common/core/se3.h"
 #include "common/core/time.h"
+#include "frontend/core/dr_calibration.h"
 
 namespace gw::frontend {
 
@@ -26,7 +27,10 @@ struct Motion {
 class MotionModel {
  public:
   MotionModel(const RectifiedCamera& camera, const FrontendConfig& config)
-      : T_BC_(camera.T_BC), variant_(config.variant), dr_weight_(config.dr_weight) {}
+      : T_BC_(camera.T_BC),
+        variant_(config.variant),
+        dr_weight_(config.dr_weight),
+        calibrate_dr_(config.calibrate_dr) {}
 
   // False: not newer than the state before, refused.
   bool Push(const DrState& state) { return dr_.Push(state); }
@@ -39,17 +43,18 @@ class MotionModel {
   // and the variant uses it.
   Motion Between(Utime a, Utime b) const;
 
-  // DR over any interval (keyframes). Body frame.
-  std::optional<DrIncrement> Increment(Utime a, Utime b) const {
-    return dr_.Increment(a, b, kMaxExtrapolation);
-  }
+  // DR over any interval (keyframes), its scale errors taken out. Body frame.
+  std::optional<DrIncrement> Increment(Utime a, Utime b) const;
 
   // The camera in the odometry frame; empty where DR does not cover the instant, or the variant
   // does not use it.
   std::optional<SE3> OdometryPose(Utime utime) const;
 
-  // What vision measured between two images in a row: the velocity to go on with.
-  void Observe(const SE3& T_ab, Utime a, Utime b);
+  // What vision measured between two images in a row: the velocity to go on with. healthy: well
+  // enough to teach DR its scale errors.
+  void Observe(const SE3& T_ab, Utime a, Utime b, bool healthy);
+  // Vision measured nothing.
+  void ObserveNothing() { calibration_.Interrupt(); }
 
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
 
@@ -60,6 +65,8 @@ class MotionModel {
   Variant variant_;
   DrWeightConfig dr_weight_;
   DrHistory dr_;
+  bool calibrate_dr_;
+  DrCalibration calibration_;
   Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s
   Utime observed_;                        // until here
 };

@@ -37,6 +37,11 @@ Matrix6d CovarianceOfNoIdea() {
   return variance.asDiagonal();
 }
 
+// Fit to judge others: vision sees well, and DR has no say in what it says.
+bool Healthy(const FramePose& report) {
+  return report.status == TrackingStatus::kTracking && report.q >= 0.9 && report.dr_share <= 0.01;
+}
+
 double MahalanobisSquared(const SE3& T_expected, const SE3& T_found, const Matrix6d& cov) {
   const Vector6d d = (T_expected.inverse() * T_found).Log();
   return d.dot(Eigen::LDLT<Matrix6d>(cov).solve(d));
@@ -337,12 +342,16 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   vision = vision && !unconfirmed;
 
   if (vision) {
+    const bool in_a_row = !VisionBroken();
     Accept(found, *frame, motion, T_WC_predicted, &report);
-    if (has_image_) motion_.Observe(T_WC_before.inverse() * T_WC_, utime_, utime);
+    if (has_image_) {
+      motion_.Observe(T_WC_before.inverse() * T_WC_, utime_, utime, in_a_row && Healthy(report));
+    }
     last_vision_ = utime;
   } else {
     if (!unconfirmed) sighting_.reset();
     T_WC_ = T_WC_predicted;
+    motion_.ObserveNothing();
     report.dr_share = motion.from_dr ? 1.0 : 0.0;
     report.status = unconfirmed      ? TrackingStatus::kRecovering
                     : motion.from_dr ? TrackingStatus::kDrOnly

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "drivers/camera/device/sysfs.h"
@@ -85,6 +86,33 @@ bool Fits(const FoundCamera& camera, const std::string& device) {
                      [&](const FoundNode& node) { return node.path == device; });
 }
 
+// A D435i that the USB knows: its serial. The kernel may still have made no video device of it.
+std::optional<std::string> OnUsb(const SystemRoots& roots) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(fs::path(roots.sys) / "bus/usb/devices", error)) {
+    if (IsOfSource(CameraSource::kRealsense, entry.path())) {
+      return ReadSysfs(entry.path() / "serial");
+    }
+  }
+  return std::nullopt;
+}
+
+Error NotFound(CameraSource source, const std::string& device, const std::vector<FoundCamera>& all,
+               const SystemRoots& roots) {
+  const bool realsense = source == CameraSource::kRealsense;
+  if (const auto serial = OnUsb(roots); serial && realsense && all.empty()) {
+    return {ErrorCode::kNotFound, "RealSense D435i " + *serial +
+                                      " is on the USB, but the kernel made no video device of it: "
+                                      "load its driver (modprobe uvcvideo)"};
+  }
+  const bool any = device == "auto";
+  return {ErrorCode::kNotFound,
+          std::string("no ") + (realsense ? "RealSense D435i" : "camera") +
+              (any ? "" : " " + device) + " found (" +
+              (all.empty() ? "none is plugged in" : "plugged in: " + List(all)) +
+              (any ? "): plug it in" : "): plug it in, or correct drivers.camera.device")};
+}
+
 }  // namespace
 
 std::vector<FoundCamera> ListCameras(CameraSource source, const SystemRoots& roots) {
@@ -133,13 +161,7 @@ Result<FoundCamera> FindCamera(CameraSource source, const std::string& device,
   std::copy_if(all.begin(), all.end(), std::back_inserter(fitting),
                [&](const FoundCamera& camera) { return Fits(camera, device); });
   if (fitting.size() == 1) return fitting.front();
-  const char* kind = source == CameraSource::kRealsense ? "RealSense D435i" : "camera";
-  if (fitting.empty()) {
-    return Error{ErrorCode::kNotFound,
-                 "no " + std::string(kind) + (device == "auto" ? "" : " " + device) + " found (" +
-                     (all.empty() ? "none is plugged in" : "plugged in: " + List(all)) +
-                     "): plug it in, or set drivers.camera.device"};
-  }
+  if (fitting.empty()) return NotFound(source, device, all, roots);
   return Error{ErrorCode::kBadConfig, "several cameras found (" + List(fitting) +
                                           "): set drivers.camera.device to one of them"};
 }

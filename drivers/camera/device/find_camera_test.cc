@@ -63,11 +63,24 @@ TEST_F(FindCameraTest, SerialNumberChoosesAndSurvivesAnotherPlace) {
   EXPECT_EQ(Find("b")->nodes.front().number, 6);
   system_.Unplug(b);
   EXPECT_EQ(Find("b").error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(Find("b").error().message, HasSubstr("plugged in: a (Intel"));
+  EXPECT_THAT(Find("b").error().message, EndsWith("correct drivers.camera.device"));
   FakeSystem::UsbCamera elsewhere = b;
   elsewhere.port = "4-3";
   elsewhere.first_node = 20;
   system_.Plug(elsewhere);
   EXPECT_EQ(Find("b")->nodes.front().number, 20);
+}
+
+TEST_F(FindCameraTest, CameraWithoutItsDriverIsToldFromNoCamera) {
+  const FakeSystem::UsbCamera camera{.port = "2-1"};
+  EXPECT_THAT(Find("auto").error().message, EndsWith("plug it in"));
+  system_.Plug(camera);
+  system_.UnloadVideoDriver(camera);
+  EXPECT_EQ(Find("auto").error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(Find("auto").error().message, HasSubstr("a1b2c3d4e5f6 is on the USB"));
+  EXPECT_THAT(Find("auto").error().message, HasSubstr("modprobe uvcvideo"));
+  EXPECT_THAT(Find("auto", CameraSource::kUvc).error().message, HasSubstr("no camera found"));
 }
 
 TEST_F(FindCameraTest, OtherCamerasAreNoRealsense) {

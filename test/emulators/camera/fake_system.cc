@@ -22,6 +22,7 @@ FakeSystem::FakeSystem(fs::path folder) : folder_(std::move(folder)) {
   fs::create_directories(folder_ / "dev");
   fs::create_directories(folder_ / "sys/class/video4linux");
   fs::create_directories(folder_ / "sys/bus/iio/devices");
+  fs::create_directories(folder_ / "sys/bus/usb/devices");
 }
 
 FakeSystem::~FakeSystem() {
@@ -73,6 +74,7 @@ void FakeSystem::Plug(const UsbCamera& camera) {
   WriteFile(usb / "speed", std::to_string(camera.speed_mbps));
   WriteFile(usb / "busnum", "2");
   WriteFile(usb / "devnum", "7");
+  fs::create_directory_symlink(usb, folder_ / "sys/bus/usb/devices" / camera.port);
   for (int i = 0; i < 6; ++i) {
     const int number = i < 4 ? 0 : 3;
     const fs::path interface_folder = usb / (camera.port + ":1." + std::to_string(number));
@@ -83,11 +85,16 @@ void FakeSystem::Plug(const UsbCamera& camera) {
   AddMotionSensor(camera, camera.first_iio + 1, "gyro_3d", "in_anglvel");
 }
 
-void FakeSystem::Unplug(const UsbCamera& camera) {
+void FakeSystem::UnloadVideoDriver(const UsbCamera& camera) {
   for (int i = 0; i < 6; ++i) {
     fs::remove(folder_ / "sys/class/video4linux" /
                ("video" + std::to_string(camera.first_node + i)));
   }
+}
+
+void FakeSystem::Unplug(const UsbCamera& camera) {
+  UnloadVideoDriver(camera);
+  fs::remove(folder_ / "sys/bus/usb/devices" / camera.port);
   for (int i = 0; i < 2; ++i) {
     fs::remove(IioFolder(camera.first_iio + i));
     fs::remove(folder_ / "dev" / ("iio:device" + std::to_string(camera.first_iio + i)));

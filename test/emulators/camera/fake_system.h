@@ -27,6 +27,8 @@ class FakeSystem {
   };
   void Plug(const UsbCamera& camera);
   void Unplug(const UsbCamera& camera);
+  // The camera stays on the USB; its video devices vanish.
+  void UnloadVideoDriver(const UsbCamera& camera);
   // A camera that is not on USB, as vivid.
   void AddVirtual(int node, const std::string& name);
 

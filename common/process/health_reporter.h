@@ -19,6 +19,8 @@ class HealthReporter {
   void SetState(HealthState state, std::string message = "");
   // name: "camera.lost", "dr.rejected", ... A counter that is only named (n = 0) is shown as zero.
   void Count(const std::string& name, int64_t n = 1) { counters_[name] += n; }
+  // For a counter that is kept elsewhere.
+  void SetCounter(const std::string& name, int64_t n) { counters_[name] = n; }
   int64_t counter(const std::string& name) const;
   // Of one step, from the arrival of its input to its output.
   void AddLatency(DurationUs latency);

@@ -45,6 +45,8 @@ TEST(HealthReporter, CountersOnlyGrowAndAreSorted) {
               ::testing::ElementsAre(C{"camera.lost", 4}, C{"imu.lost", 0}));
   EXPECT_EQ(reporter.counter("camera.lost"), 4);
   EXPECT_EQ(reporter.counter("none"), 0);
+  reporter.SetCounter("camera.lost", 9);
+  EXPECT_EQ(reporter.counter("camera.lost"), 9);
   EXPECT_EQ(reporter.ReportIfDue(Utime{1'000'000})->counters.size(), 2u);
 }
 

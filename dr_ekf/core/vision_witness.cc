@@ -12,10 +12,6 @@ constexpr double kLeastWatched = 0.12;              // s of the window that must
 constexpr DurationUs kMaxImageGap = Milliseconds(150);
 constexpr size_t kMaxWaiting = 32;
 
-// Healthy: vision carries the pose alone, and sees enough to be sure of it.
-constexpr double kMaxDrShare = 0.01;
-constexpr double kMinQuality = 0.9;
-
 // Wheels and vision agree to a few percent and centimetres per second where both are well: 2 mm in
 // each pose and 1 cm/sqrt(m) of the wheels are 0.02 m/s over the window. From these on the wheels
 // are accused. A slip at twice the true speed is a half.
@@ -24,11 +20,6 @@ constexpr double kLeastExcessShare = 0.25;  // of the faster one
 // A rolling robot goes where it looks. Vision that sees it go sideways or up this much, as a share
 // of what it holds against the wheels, is not to be believed either.
 constexpr double kMaxAside = 0.5;
-
-bool IsHealthy(const FramePose& frame) {
-  return frame.status == TrackingStatus::kTracking && frame.dr_share <= kMaxDrShare &&
-         frame.q >= kMinQuality && frame.T_WB.IsFinite();
-}
 
 }  // namespace
 
@@ -71,7 +62,7 @@ std::optional<VisionVerdict> VisionWitness::TakeCovered() {
     if (last_ && frame.utime <= last_->utime) continue;
     const std::optional<FramePose> before = last_;
     last_.reset();
-    if (frame.utime < ways_.front().utime || !IsHealthy(frame)) {
+    if (frame.utime < ways_.front().utime || !VisionMayJudgeDr(frame) || !frame.T_WB.IsFinite()) {
       steps_.clear();
       suspected_ = false;
       continue;

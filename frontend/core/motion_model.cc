@@ -35,7 +35,8 @@ Motion MotionModel::Between(Utime a, Utime b) const {
     if (const auto increment = dr_.Increment(a, b, kMaxExtrapolation, &noise_B)) {
       const SE3 T_CB = T_BC_.inverse();
       const Matrix6d to_camera = T_CB.Adjoint();
-      out.T_ab = T_CB * calibration_.Corrected(increment->T_BaBb) * T_BC_;
+      out.T_BaBb_dr = increment->T_BaBb;
+      out.T_ab = T_CB * calibration_.Corrected(out.T_BaBb_dr) * T_BC_;
       out.noise.white = to_camera * noise_B.white * to_camera.transpose();
       out.noise.lever = to_camera * noise_B.lever;
       out.noise.coherent = noise_B.coherent;
@@ -70,13 +71,11 @@ std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
   return increment;
 }
 
-void MotionModel::Observe(const SE3& T_ab, Utime a, Utime b, bool healthy) {
+void MotionModel::Observe(const SE3& T_ab, const Motion& expected, Utime a, Utime b, bool healthy) {
   if (a == observed_) velocity_ = T_ab.Log() / (b - a).seconds();
   observed_ = b;
-  const auto increment = healthy && calibrate_dr_ ? dr_.Increment(a, b, kMaxExtrapolation)
-                                                  : std::optional<DrIncrement>();
-  if (increment && !increment->slip) {
-    calibration_.Observe(increment->T_BaBb, T_BC_ * T_ab * T_BC_.inverse(), b - a);
+  if (healthy && calibrate_dr_ && expected.from_dr && !expected.slip) {
+    calibration_.Observe(expected.T_BaBb_dr, T_BC_ * T_ab * T_BC_.inverse(), b - a);
   } else {
     calibration_.Interrupt();
   }

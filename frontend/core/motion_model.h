@@ -17,6 +17,7 @@ namespace gw::frontend {
 
 struct Motion {
   SE3 T_ab;       // camera at the end in the camera at the beginning
+  SE3 T_BaBb_dr;  // from_dr: the body, as DR told it, its scale errors still in
   DrNoise noise;  // of T_ab, right perturbation: what the motion's source says of itself
   // Sigma_d of the weighting (method.md 2): the larger of nominal and reported noise.
   Matrix6d weight_cov = Matrix6d::Identity();
@@ -50,9 +51,9 @@ class MotionModel {
   // does not use it.
   std::optional<SE3> OdometryPose(Utime utime) const;
 
-  // What vision measured between two images in a row: the velocity to go on with. healthy: well
-  // enough to teach DR its scale errors.
-  void Observe(const SE3& T_ab, Utime a, Utime b, bool healthy);
+  // What vision measured between two images in a row: the velocity to go on with. expected: what
+  // Between said of them. healthy: well enough to teach DR its scale errors.
+  void Observe(const SE3& T_ab, const Motion& expected, Utime a, Utime b, bool healthy);
   // Vision measured nothing.
   void ObserveNothing() { calibration_.Interrupt(); }
 

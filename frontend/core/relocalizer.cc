@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/contract/nearest_two.h"
 #include "common/core/random.h"
 #include "common/vision/pose_ransac.h"
 
@@ -20,22 +21,10 @@ std::vector<PointPair> MatchAll(const RectifiedCamera& camera, double scale_fact
   for (size_t i = 0; i < frame.features.size(); ++i) {
     const Feature& f = frame.features[i];
     if (!f.has_depth()) continue;
-    int best = 257;
-    int second = 257;
-    const MapPoint* best_point = nullptr;
-    for (const MapPoint* point : points) {
-      const int d = HammingDistance(frame.descriptors[i], point->descriptor);
-      if (d < best) {
-        second = best;
-        best = d;
-        best_point = point;
-      } else if (d < second) {
-        second = d;
-      }
-    }
-    if (best > kMaxDistance || best > kMaxRatio * second) continue;
+    const NearestTwo near = FindNearestTwo(frame.descriptors[i], points);
+    if (near.best > kMaxDistance || near.best > kMaxRatio * near.second) continue;
     pairs.push_back({camera.Unproject(f.u, f.v, f.depth),
-                     best_point->p_W,
+                     points[near.index]->p_W,
                      {f.u, f.v},
                      kInlierPx * std::pow(scale_factor, f.level)});
   }

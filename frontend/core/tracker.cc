@@ -37,11 +37,6 @@ Matrix6d CovarianceOfNoIdea() {
   return variance.asDiagonal();
 }
 
-// Fit to judge others: vision sees well, and DR has no say in what it says.
-bool Healthy(const FramePose& report) {
-  return report.status == TrackingStatus::kTracking && report.q >= 0.9 && report.dr_share <= 0.01;
-}
-
 double MahalanobisSquared(const SE3& T_expected, const SE3& T_found, const Matrix6d& cov) {
   const Vector6d d = (T_expected.inverse() * T_found).Log();
   return d.dot(Eigen::LDLT<Matrix6d>(cov).solve(d));
@@ -345,7 +340,8 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     const bool in_a_row = !VisionBroken();
     Accept(found, *frame, motion, T_WC_predicted, &report);
     if (has_image_) {
-      motion_.Observe(T_WC_before.inverse() * T_WC_, utime_, utime, in_a_row && Healthy(report));
+      motion_.Observe(T_WC_before.inverse() * T_WC_, motion, utime_, utime,
+                      in_a_row && VisionMayJudgeDr(report));
     }
     last_vision_ = utime;
   } else {

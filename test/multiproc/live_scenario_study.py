@@ -10,9 +10,8 @@ import collections
 import os
 import shutil
 import subprocess
-import sys
 
-from live_system import System, ape, busy, enter_private_network, player, rendered, rows, skip
+from live_system import Claims, System, ape, busy, enter_private_network, player, rendered, rows, skip
 
 STATUS = {"1": "initializing", "2": "tracking", "3": "degraded", "4": "dr_only", "5": "recovering", "6": "lost"}
 
@@ -41,12 +40,7 @@ def main():
     images = sum(counts(f"{offline_dir}/frames.csv").values())
     print(f"offline: {images} images, APE {offline:.4f} m, {dict(counts(f'{offline_dir}/frames.csv'))}", flush=True)
     host_is_busy = busy()
-    failures, live = [], []
-
-    def expect(condition, claim):
-        if not condition:
-            failures.append(claim)
-            print("  FAILED:", claim)
+    claims, live = Claims(), []
 
     for i in range(args.runs):
         out = f"{args.work}/live-{i}"
@@ -57,14 +51,13 @@ def main():
         live.append(ape(args.bin, truth, f"{out}/trajectory.tum"))
         print(f"live {i}: APE {live[-1]:.4f} m, {dict(status)}; load {os.getloadavg()[0]:.1f}\n  {summary}",
               flush=True)
-        expect(all(c == 0 for c in codes.values()), f"SIGTERM ends every process with 0: {codes}")
-        expect(host_is_busy or sum(status.values()) == images, f"every one of {images} images has a pose")
-        expect(status["lost"] == 0, "the map is never lost")
+        claims.expect(all(c == 0 for c in codes.values()), f"SIGTERM ends every process with 0: {codes}")
+        claims.expect(host_is_busy or sum(status.values()) == images, f"every one of {images} images has a pose")
+        claims.expect(status["lost"] == 0, "the map is never lost")
     spread = max(live) - min(live)
     print(f"live: APE {min(live):.4f} to {max(live):.4f} m, mean {sum(live) / len(live):.4f} m; offline {offline:.4f} m")
-    expect(min(live) - spread <= offline <= max(live) + spread, "offline is within the spread of the live runs")
-    print(f"{len(failures)} failed")
-    sys.exit(1 if failures else 0)
+    claims.expect(min(live) - spread <= offline <= max(live) + spread, "offline is within the spread of the live runs")
+    claims.end()
 
 
 if __name__ == "__main__":

@@ -46,6 +46,23 @@ def busy():
     return True
 
 
+class Claims:
+    """What a test claims of what it measured."""
+
+    def __init__(self):
+        self.failures = []
+
+    def expect(self, condition, claim):
+        if not condition:
+            self.failures.append(claim)
+            print("  FAILED:", claim)
+
+    def end(self):
+        """Ends the test with its exit code."""
+        print(f"{len(self.failures)} failed")
+        sys.exit(1 if self.failures else 0)
+
+
 def player(log, channels="CAMERA|DR|IMU|WHEEL", speed=1.0):
     """The command that plays a log."""
     return ["lcm-logplayer", "--lcm-url=" + URL, f"--speed={speed}", f"--regexp=^({channels})$", log]
@@ -58,6 +75,19 @@ def rendered(bin_dir, scenario, work):
         subprocess.run([f"{bin_dir}/gw-sim", "--scenario", scenario, "--log", log, "--config-out", config],
                        check=True, stdout=subprocess.DEVNULL)
     return log, config, log
+
+
+def recorded(bin_dir, data, work):
+    """Log, configuration and reference of the recording, with dead reckoning made from its ground truth."""
+    recording = f"{data}/tum_fr1_rpy_first400"
+    if not os.path.isdir(recording):
+        skip(f"no recording at {recording}")
+    log, config, truth = f"{work}/log.lcm", f"{work}/log.yaml", f"{work}/truth.tum"
+    os.makedirs(work, exist_ok=True)
+    subprocess.run([f"{bin_dir}/gw-import", "tum", recording, "--out", log, "--config-out", config,
+                    "--ground-truth-out", truth, "--dr-from-groundtruth", "sigma_t=0.004,sigma_r=0.1deg,seed=1"],
+                   check=True, stdout=subprocess.DEVNULL)
+    return log, config, truth
 
 
 class System:

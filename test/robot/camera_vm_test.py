@@ -11,7 +11,6 @@ import time
 
 import guest
 
-URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 # The webcam input of vivid has 640x480 at up to 25 Hz.
 CONFIG = """
 robot: {name: vivid}
@@ -69,8 +68,8 @@ def check(vm):
     print("--check:", vm.wait_for(r"(GREY 640x480.*)").group(1))
     assert vm.wait_for(r"CHECK:(\d+)").group(1) == "0"
 
-    vm.type(f"gw-bus-probe '{URL}' &")
-    vm.type(f"gw-camera --config /etc/vivid.yaml --lcm-url '{URL}' & echo PID:$!")
+    vm.type(f"gw-bus-probe '{guest.URL}' &")
+    vm.type(f"gw-camera --config /etc/vivid.yaml --lcm-url '{guest.URL}' & echo PID:$!")
     pid = vm.wait_for(r"PID:(\d+)").group(1)
     camera = r"CAMERA n=(\d+) lost=(\d+) (\S+) 640x480"
     first = vm.wait_for(camera, accept=lambda m: int(m.group(1)) >= 50)

@@ -15,6 +15,8 @@ import threading
 import time
 
 SKIPPED = 77
+# The bus inside the guest.
+URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 # depmod and modprobe are not on everybody's path.
 TOOLS = {**os.environ, "PATH": os.environ["PATH"] + ":/sbin:/usr/sbin"}
 

@@ -17,7 +17,6 @@ import tty
 
 import guest
 
-URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 CONFIG = """
 robot: {name: kobuki}
 calibration:
@@ -117,8 +116,8 @@ def check(vm, base):
     assert "hardware 1.0.4, firmware 1.2.0" in found
     assert vm.wait_for(r"CHECK:(\d+)").group(1) == "0"
 
-    vm.type(f"gw-bus-probe '{URL}' &")
-    vm.type(f"gw-kobuki --config /etc/kobuki.yaml --lcm-url '{URL}' & echo PID:$!")
+    vm.type(f"gw-bus-probe '{guest.URL}' &")
+    vm.type(f"gw-kobuki --config /etc/kobuki.yaml --lcm-url '{guest.URL}' & echo PID:$!")
     pid = vm.wait_for(r"PID:(\d+)").group(1)
     wait_for_state(vm, health, "2")
     vm.type("echo TIMER:$(cat /sys/bus/usb-serial/devices/ttyUSB0/latency_timer)")
@@ -147,7 +146,7 @@ def wait_for_state(vm, health, state):
 
 
 def drive(vm, command, until):
-    vm.type(f"gw-bus-probe '{URL}' {command} & echo DRIVER:$!")
+    vm.type(f"gw-bus-probe '{guest.URL}' {command} & echo DRIVER:$!")
     pid = vm.wait_for(r"DRIVER:(\d+)").group(1)
     end = time.monotonic() + 300
     while not until():

@@ -3,7 +3,7 @@
 namespace gw::tools {
 namespace {
 
-// Global BA on one quiet core, 20 iterations (docs/results.md).
+// Log time that a global BA of 20 iterations takes. An estimate; not measured yet.
 constexpr int64_t kGlobalUsPerSighting = 40;
 
 }  // namespace

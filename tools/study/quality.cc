@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include "common/core/format.h"
 #include "common/core/version.h"
@@ -91,8 +92,14 @@ class QualityStudy : public Study {
                      std::to_string(b.high) + "," + std::to_string(b.seconds) + "," +
                      std::to_string(b.seen) + "," + FormatDouble(b.motion_rmse_m) + "\n";
       }
-      figure.panels.push_back(ErrorPanel(axis, bins));
-      figure.panels.push_back(SeenPanel(axis, bins));
+      figure.panels.push_back(
+          PanelOf(axis, bins, "error of the motion over 1 s", "RMSE, m", [](const QualityBin& b) {
+            return b.seen > 0 ? std::optional(b.motion_rmse_m) : std::nullopt;
+          }));
+      figure.panels.push_back(
+          PanelOf(axis, bins, "seconds with vision in all images", "share",
+                  [](const QualityBin& b) { return std::optional(SeenShare(b)); }));
+      figure.panels.back().y_range = {0, 1.08};
     }
     files.svg = plot::RenderSvg(figure);
     return files;
@@ -102,43 +109,27 @@ class QualityStudy : public Study {
     return static_cast<double>(b.seen) / static_cast<double>(b.seconds);
   }
 
-  static plot::Panel EmptyPanel(const Axis& axis) {
+  // A panel over the bins; value gives what is drawn of one, empty to leave it out.
+  template <typename Value>
+  static plot::Panel PanelOf(const Axis& axis, const std::vector<QualityBin>& bins,
+                             const char* title, const char* y_label, const Value& value) {
     plot::Panel panel;
+    panel.title = title;
     panel.x_label = std::string("lowest ") + axis.name + " of the second (middle of the bin)";
     panel.x_range = {0, static_cast<double>(axis.width * axis.bins)};
-    return panel;
-  }
-
-  static plot::Panel ErrorPanel(const Axis& axis, const std::vector<QualityBin>& bins) {
-    plot::Panel panel = EmptyPanel(axis);
-    panel.title = "error of the motion over 1 s";
-    panel.y_label = "RMSE, m";
+    panel.y_label = y_label;
     plot::Series series;
     series.style = plot::Style::kLineAndPoints;
-    double worst = 0;
+    double highest = 0;
     for (const QualityBin& b : bins) {
-      if (b.seen == 0) continue;
+      const std::optional<double> y = value(b);
+      if (!y) continue;
       series.x.push_back(0.5 * (b.low + b.high));
-      series.y.push_back(b.motion_rmse_m);
-      worst = std::max(worst, b.motion_rmse_m);
+      series.y.push_back(*y);
+      highest = std::max(highest, *y);
     }
     panel.series.push_back(std::move(series));
-    panel.y_range = {0, 1.08 * worst};
-    return panel;
-  }
-
-  static plot::Panel SeenPanel(const Axis& axis, const std::vector<QualityBin>& bins) {
-    plot::Panel panel = EmptyPanel(axis);
-    panel.title = "seconds with vision in all images";
-    panel.y_label = "share";
-    plot::Series series;
-    series.style = plot::Style::kLineAndPoints;
-    for (const QualityBin& b : bins) {
-      series.x.push_back(0.5 * (b.low + b.high));
-      series.y.push_back(SeenShare(b));
-    }
-    panel.series.push_back(std::move(series));
-    panel.y_range = {0, 1.08};
+    panel.y_range = {0, 1.08 * highest};
     return panel;
   }
 

@@ -11,7 +11,6 @@ namespace gw::backend {
 namespace {
 
 constexpr size_t kMaxPlaces = 4;
-constexpr int kSamePlaceShared = 15;       // landmarks that two sights of one place share
 constexpr double kSamePoseDistance = 0.5;  // m
 constexpr double kSamePoseAngle = 0.2;     // rad
 
@@ -20,10 +19,7 @@ std::vector<KeyframeId> Candidates(const Map& map, const PlaceIndex& places,
   std::vector<KeyframeId> out;
   for (const PlaceScore& place : places.Query(query.descriptors)) {
     if (out.size() == kMaxPlaces || place.num_matches < kFewestSights / 2) break;
-    const bool known = std::any_of(out.begin(), out.end(), [&](KeyframeId other) {
-      return map.SharedLandmarks(other, place.keyframe) >= kSamePlaceShared;
-    });
-    if (!known) out.push_back(place.keyframe);
+    if (!IsOneOf(map, out, place.keyframe)) out.push_back(place.keyframe);
   }
   return out;
 }

@@ -80,6 +80,10 @@ std::set<KeyframeId> Side(const Map& map, KeyframeId end, int32_t reach) {
   return out;
 }
 
+bool InMap(const Map& map, const Loop& loop) {
+  return map.FindKeyframe(loop.older) != nullptr && map.FindKeyframe(loop.newer) != nullptr;
+}
+
 // Landmarks that both sides observe keep only their older observations.
 void Part(Map& map, const MappingContext& context, const Loop& loop) {
   const auto apart = std::distance(map.keyframes().lower_bound(loop.older),
@@ -132,9 +136,7 @@ LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
   LoopGraphJob job;
   job.newest = map.newest_keyframe();
   job.loops = loops_;
-  std::erase_if(job.loops, [&](const Loop& l) {
-    return map.FindKeyframe(l.older) == nullptr || map.FindKeyframe(l.newer) == nullptr;
-  });
+  std::erase_if(job.loops, [&](const Loop& l) { return !InMap(map, l); });
   job.loops.push_back(loop);
   Index index;
   for (const auto& [id, keyframe] : map.keyframes()) {
@@ -177,15 +179,12 @@ LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
 
 void LoopCloser::Settle(Map& map, const MappingContext& context, const LoopGraphResult& result) {
   loops_.clear();
-  const auto in_map = [&](const Loop& loop) {
-    return map.FindKeyframe(loop.older) != nullptr && map.FindKeyframe(loop.newer) != nullptr;
-  };
   for (size_t g = 0; g < result.loops.size(); ++g) {
     const Loop& loop = result.loops[g];
     const bool is_new = g + 1 == result.loops.size();
     if (result.graph.group_kept[g] == 0) {
       ++counters_.removed;
-      if (!is_new && in_map(loop)) Part(map, context, loop);
+      if (!is_new && InMap(map, loop)) Part(map, context, loop);
       continue;
     }
     loops_.push_back(loop);
@@ -193,7 +192,7 @@ void LoopCloser::Settle(Map& map, const MappingContext& context, const LoopGraph
     if (!is_new) continue;
     ++counters_.closed;
     rest_until_ = result.newest.value + kRest;
-    if (!in_map(loop)) continue;
+    if (!InMap(map, loop)) continue;
     std::vector<std::pair<int32_t, LandmarkId>> sights;
     for (const auto& sight : loop.sights) sights.emplace_back(sight.feature, sight.landmark);
     FuseSights(map, context, loop.newer, sights);

@@ -44,11 +44,7 @@ void AddByLook(const Map& map, const PlaceIndex& places, const std::set<Keyframe
   for (const PlaceScore& place : places.Query(newest.frame.descriptors)) {
     if (out.size() == kMaxByLook || place.score < kMinScore) break;
     if (place.num_matches < kMinMatches || related.contains(place.keyframe)) continue;
-    // One of each place is enough.
-    const bool known = std::any_of(out.begin(), out.end(), [&](KeyframeId other) {
-      return map.SharedLandmarks(other, place.keyframe) >= kStrongNeighbour;
-    });
-    if (!known) out.push_back(place.keyframe);
+    if (!IsOneOf(map, out, place.keyframe)) out.push_back(place.keyframe);
   }
 }
 
@@ -82,10 +78,7 @@ void AddByDr(const Map& map, const MappingContext& context, const std::set<Keyfr
   size_t taken = 0;
   for (const auto& [distance, id] : near) {
     if (taken == kMaxByDr) break;
-    const bool known = std::any_of(out.begin(), out.end(), [&, other_id = id](KeyframeId other) {
-      return other == other_id || map.SharedLandmarks(other, other_id) >= kStrongNeighbour;
-    });
-    if (known) continue;
+    if (IsOneOf(map, out, id)) continue;
     out.push_back(id);
     ++taken;
   }

@@ -5,6 +5,8 @@
 #include <map>
 
 #include "backend/core/matching.h"
+#include "backend/core/seen_landmarks.h"
+#include "common/contract/nearest_two.h"
 #include "common/vision/pose_optimizer.h"
 #include "common/vision/pose_ransac.h"
 
@@ -20,19 +22,8 @@ constexpr double kFloorTranslation = 0.01;  // m
 constexpr double kFloorRotation = 0.003;    // rad
 
 std::vector<const Landmark*> LandmarksOf(const Map& map, const std::vector<KeyframeId>& group) {
-  std::vector<LandmarkId> ids;
-  for (const KeyframeId id : group) {
-    const MapKeyframe* keyframe = map.FindKeyframe(id);
-    if (keyframe == nullptr) continue;
-    for (const LandmarkId landmark : keyframe->frame.landmarks) {
-      if (landmark.valid()) ids.push_back(landmark);
-    }
-  }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   std::vector<const Landmark*> out;
-  out.reserve(ids.size());
-  for (const LandmarkId id : ids) out.push_back(map.FindLandmark(id));
+  for (const LandmarkId id : SeenLandmarks(map, group)) out.push_back(map.FindLandmark(id));
   return out;
 }
 
@@ -46,21 +37,9 @@ std::vector<PointPair> PairUp(const MappingContext& context, const Keyframe& ima
   std::vector<Best> best_of(landmarks.size());
   for (size_t i = 0; i < image.features.size(); ++i) {
     if (!image.features[i].has_depth()) continue;
-    int first = 257;
-    int second = 257;
-    size_t chosen = 0;
-    for (size_t k = 0; k < landmarks.size(); ++k) {
-      const int d = HammingDistance(image.descriptors[i], landmarks[k]->descriptor);
-      if (d < first) {
-        second = first;
-        first = d;
-        chosen = k;
-      } else if (d < second) {
-        second = d;
-      }
-    }
-    if (first > kMaxDistance || first > kMaxRatio * second) continue;
-    if (first < best_of[chosen].distance) best_of[chosen] = {first, i};
+    const NearestTwo near = FindNearestTwo(image.descriptors[i], landmarks);
+    if (near.best > kMaxDistance || near.best > kMaxRatio * near.second) continue;
+    if (near.best < best_of[near.index].distance) best_of[near.index] = {near.best, i};
   }
   std::vector<PointPair> pairs;
   for (size_t k = 0; k < landmarks.size(); ++k) {
@@ -113,6 +92,12 @@ Matrix6d FitCovariance(const PlaceFit& fit) {
   cov.diagonal().head<3>().array() += kFloorTranslation * kFloorTranslation;
   cov.diagonal().tail<3>().array() += kFloorRotation * kFloorRotation;
   return cov;
+}
+
+bool IsOneOf(const Map& map, const std::vector<KeyframeId>& places, KeyframeId keyframe) {
+  return std::any_of(places.begin(), places.end(), [&](KeyframeId place) {
+    return place == keyframe || map.SharedLandmarks(place, keyframe) >= kSamePlaceShared;
+  });
 }
 
 std::vector<KeyframeId> PlaceGroup(const Map& map, KeyframeId centre) {

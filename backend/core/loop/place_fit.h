@@ -27,7 +27,8 @@ struct PlaceFit {
 inline constexpr int kFewestSights = 30;
 inline constexpr double kFewestShare = 0.25;
 
-// image: features, descriptors and grid are used. group: keyframes whose landmarks are tried.
+// image: features, descriptors and grid are used. group: keyframes of the map whose landmarks are
+// tried.
 // Descriptors are paired all against all, RANSAC finds the pose that explains most pairs (draws
 // depend only on `seed`), then the pose guides a search for the other landmarks, and is optimised.
 std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
@@ -37,6 +38,10 @@ std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
 // Covariance of the pose (right perturbation): that of the fit, and a floor for what it leaves out,
 // the errors that its landmarks have in common.
 Matrix6d FitCovariance(const PlaceFit& fit);
+
+// Whether the keyframe shows a place that one of `places` shows: one of each is enough to try.
+inline constexpr int kSamePlaceShared = 15;  // landmarks that two sights of one place share
+bool IsOneOf(const Map& map, const std::vector<KeyframeId>& places, KeyframeId keyframe);
 
 // `centre` and the keyframes that share most landmarks with it, at most kGroupSize.
 inline constexpr size_t kGroupSize = 12;

@@ -302,7 +302,7 @@ void CameraNode::UpdateHealth() {
 
 void CameraNode::UpdateCounters() {
   const auto set = [this](const std::string& name, int64_t value) {
-    health_.Count(name, value - health_.counter(name));
+    health_.SetCounter(name, value);
   };
   const StreamCounters stream = camera_ ? Sum(closed_, camera_->counters()) : closed_;
   set("camera.images", stream.images);

@@ -169,11 +169,8 @@ void KobukiNode::UpdateHealth() {
       health_.SetState(condition.state, condition.message);
     }
   }
-  const auto set = [this](const std::string& name, int64_t value) {
-    health_.Count(name, value - health_.counter(name));
-  };
-  for (const auto& [name, value] : driver_.Counters()) set(name, value);
-  set("kobuki.port_opens", link_.opens());
+  for (const auto& [name, value] : driver_.Counters()) health_.SetCounter(name, value);
+  health_.SetCounter("kobuki.port_opens", link_.opens());
 }
 
 void KobukiNode::PublishHealth() {

@@ -11,6 +11,34 @@ uint8_t Xor(std::span<const uint8_t> bytes) {
   return sum;
 }
 
+enum class Attempt { kNoHeader, kBadLength, kBadChecksum, kMalformed, kIncomplete, kFrame };
+
+// What the bytes from the first of `rest` on are.
+Attempt Try(std::span<const uint8_t> rest) {
+  if (rest[0] != kHeader0) return Attempt::kNoHeader;
+  if (rest.size() < 2) return Attempt::kIncomplete;
+  if (rest[1] != kHeader1) return Attempt::kNoHeader;
+  if (rest.size() < 3) return Attempt::kIncomplete;
+  const size_t length = rest[2];
+  if (length < kMinPayload || length > kMaxPayload) return Attempt::kBadLength;
+  if (rest.size() < length + kFrameOverhead) return Attempt::kIncomplete;
+  if (Xor(rest.subspan(2, length + 2)) != 0) return Attempt::kBadChecksum;
+  return SplitPayload(rest.subspan(3, length)) ? Attempt::kFrame : Attempt::kMalformed;
+}
+
+// The same, where a frame gives way to one that begins inside it.
+Attempt TryAgainstLater(std::span<const uint8_t> rest, bool more_will_come) {
+  const Attempt attempt = Try(rest);
+  if (attempt != Attempt::kFrame) return attempt;
+  bool undecided = false;
+  for (size_t i = 1; i < rest[2] + kFrameOverhead; ++i) {
+    const Attempt inner = Try(rest.subspan(i));
+    if (inner == Attempt::kFrame) return Attempt::kBadChecksum;
+    undecided |= inner == Attempt::kIncomplete;
+  }
+  return undecided && more_will_come ? Attempt::kIncomplete : Attempt::kFrame;
+}
+
 }  // namespace
 
 std::optional<std::vector<SubPayload>> SplitPayload(std::span<const uint8_t> payload) {
@@ -43,59 +71,26 @@ std::vector<Frame> FrameParser::AbandonPartial() {
   return Scan(false);
 }
 
-// What the bytes from the first of `rest` on are. kTaken: a frame of `*size` bytes.
-FrameParser::Attempt FrameParser::Try(std::span<const uint8_t> rest, size_t* size) {
-  if (rest[0] != kHeader0) return Attempt::kRefused;
-  if (rest.size() < 2) return Attempt::kIncomplete;
-  if (rest[1] != kHeader1) return Attempt::kRefused;
-  if (rest.size() < 3) return Attempt::kIncomplete;
-  const size_t length = rest[2];
-  if (length < kMinPayload || length > kMaxPayload) {
-    ++counters_.bad_length;
-    return Attempt::kRefused;
-  }
-  *size = length + kFrameOverhead;
-  if (rest.size() < *size) return Attempt::kIncomplete;
-  if (Xor(rest.subspan(2, length + 2)) != 0) {
-    ++counters_.bad_checksum;
-    return Attempt::kRefused;
-  }
-  if (!SplitPayload(rest.subspan(3, length))) {
-    ++counters_.malformed;
-    return Attempt::kRefused;
-  }
-  // A checksum that looks like a header: when a byte of the last sub-payload was lost, it is the
-  // header of the next frame, taken for the checksum. One chance in 256 would make both frames
-  // wrong, so the next byte decides.
-  if (rest[*size - 1] == kHeader0) {
-    if (rest.size() == *size) return Attempt::kTakenUnlessHeader;
-    if (rest[*size] == kHeader1) {
-      ++counters_.bad_checksum;
-      return Attempt::kRefused;
-    }
-  }
-  return Attempt::kTaken;
-}
-
 std::vector<Frame> FrameParser::Scan(bool more_will_come) {
   std::vector<Frame> out;
   const std::span<const uint8_t> all(buffer_);
   size_t begin = 0;
   while (begin < all.size()) {
     const std::span<const uint8_t> rest = all.subspan(begin);
-    size_t size = 0;
-    const Attempt attempt = Try(rest, &size);
-    const bool waits = attempt == Attempt::kIncomplete || attempt == Attempt::kTakenUnlessHeader;
-    if (waits && more_will_come) break;
-    if (attempt == Attempt::kTaken || attempt == Attempt::kTakenUnlessHeader) {
-      begin += size;
+    const Attempt attempt = TryAgainstLater(rest, more_will_come);
+    if (attempt == Attempt::kIncomplete && more_will_come) break;
+    if (attempt == Attempt::kFrame) {
+      const auto payload = rest.subspan(3, rest[2]);
+      begin += payload.size() + kFrameOverhead;
       ++counters_.frames;
-      const auto payload = rest.subspan(3, size - kFrameOverhead);
       out.push_back({{payload.begin(), payload.end()}, all.size() - begin});
-    } else {
-      ++counters_.skipped_bytes;
-      ++begin;
+      continue;
     }
+    counters_.bad_length += attempt == Attempt::kBadLength;
+    counters_.bad_checksum += attempt == Attempt::kBadChecksum;
+    counters_.malformed += attempt == Attempt::kMalformed;
+    ++counters_.skipped_bytes;
+    ++begin;
   }
   buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<ptrdiff_t>(begin));
   return out;

@@ -44,15 +44,16 @@ struct FrameCounters {
   int64_t frames = 0;
   int64_t skipped_bytes = 0;  // in no frame
   int64_t bad_length = 0;     // header followed by an impossible length
-  int64_t bad_checksum = 0;
-  int64_t malformed = 0;  // right checksum, but no row of sub-payloads
+  int64_t bad_checksum = 0;   // or right only by chance: a later frame begins inside
+  int64_t malformed = 0;      // right checksum, but no row of sub-payloads
 };
 
 // Finds frames in a byte stream, whatever its pieces. After anything that is no frame it drops only
 // the first byte of the attempt and looks again from the next one, so that a lost or changed byte
-// costs the frame that it belongs to and not the next: a true frame is missed only when it overlaps
-// a false one with header, length, checksum and structure all right by chance. A frame whose
-// checksum happens to be AA is delivered with the byte behind it.
+// costs the frame that it belongs to and not the next. The checksum has only 8 bits: the header of
+// a damaged frame may claim the begin of the true one behind it and be right by chance. So a frame
+// gives way to one that begins inside it and is right as well; a frame with a header among its
+// bytes is delivered when that header has proved false, at most one such frame later.
 class FrameParser {
  public:
   // The frames that these bytes complete, in order.
@@ -66,9 +67,6 @@ class FrameParser {
   const FrameCounters& counters() const { return counters_; }
 
  private:
-  enum class Attempt { kRefused, kIncomplete, kTaken, kTakenUnlessHeader };
-
-  Attempt Try(std::span<const uint8_t> rest, size_t* size);
   std::vector<Frame> Scan(bool more_will_come);
 
   std::vector<uint8_t> buffer_;

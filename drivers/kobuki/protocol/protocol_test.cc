@@ -89,8 +89,13 @@ TEST(KobukiFeedback, VersionsArriveAsTheirOwnFrame) {
 }
 
 TEST(KobukiFeedback, HeaderBytesInsideAPayloadAreData) {
-  const Feedback f =
-      DecodeOne(Hex("AA 55 11 01 0F AA 55 00 00 00 AA 55 55 AA 00 00 00 00 A0 00 40"));
+  FrameParser parser;
+  EXPECT_TRUE(
+      parser.Push(Hex("AA 55 11 01 0F AA 55 00 00 00 AA 55 55 AA 00 00 00 00 A0 00 40")).empty())
+      << "the second header inside could begin a frame of 85 bytes";
+  const auto frames = parser.AbandonPartial();
+  ASSERT_EQ(frames.size(), 1);
+  const Feedback f = DecodeFeedback(frames[0].payload);
   Feedback e;
   e.basic = BasicData{
       .timestamp_ms = 0x55AA, .left_encoder = 0x55AA, .right_encoder = 0xAA55, .battery_dv = 160};

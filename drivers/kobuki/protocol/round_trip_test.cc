@@ -198,8 +198,7 @@ std::vector<Stream::Truth> ParseInPieces(const std::vector<uint8_t>& bytes, Coun
 }
 
 TEST(KobukiResync, EveryIntactFrameIsFoundWhateverStandsBetween) {
-  int64_t intact = 0;
-  int64_t shadowed = 0;
+  size_t intact = 0;
   size_t total_bytes = 0;
   for (uint64_t i = 0; total_bytes < 10'000'000; ++i) {
     CounterRng rng(2, 3, i);
@@ -211,23 +210,19 @@ TEST(KobukiResync, EveryIntactFrameIsFoundWhateverStandsBetween) {
       ASSERT_TRUE(std::equal(frame.bytes.begin(), frame.bytes.end(),
                              stream.bytes.begin() + static_cast<ptrdiff_t>(frame.begin)));
     }
+    const auto begins_at = [](size_t begin) {
+      return [begin](const auto& frame) { return frame.begin == begin; };
+    };
     for (const auto& truth : stream.intact) {
-      ++intact;
-      const auto covers = [&](const auto& f) {
-        return f.begin < truth.begin + truth.bytes.size() && truth.begin < f.begin + f.bytes.size();
-      };
-      const auto cover = std::find_if(found.begin(), found.end(), covers);
-      ASSERT_NE(cover, found.end()) << "stream " << i << " byte " << truth.begin;
-      shadowed += cover->begin != truth.begin;
+      ASSERT_TRUE(std::any_of(found.begin(), found.end(), begins_at(truth.begin)))
+          << "stream " << i << " byte " << truth.begin;
     }
+    intact += stream.intact.size();
     EXPECT_EQ(parser.counters().bytes, static_cast<int64_t>(stream.bytes.size()));
     EXPECT_FALSE(parser.has_partial());
   }
   RecordProperty("intact_frames", std::to_string(intact));
-  RecordProperty("shadowed_frames", std::to_string(shadowed));
-  // Only a false frame with the right XOR and a consistent structure may hide a true one. Seen: 4
-  // of 53121, in a stream where half of the frames are damaged and data is full of false headers.
-  EXPECT_LT(static_cast<double>(shadowed), 2e-4 * static_cast<double>(intact));
+  EXPECT_GT(intact, 50'000);
 }
 
 TEST(KobukiResync, PiecesDoNotMatter) {

@@ -75,25 +75,25 @@ void CameraNode::OpenCamera() {
   auto camera = found ? Camera::Open(system_.calls, *found, config, config_.calibration.camera)
                       : Result<std::unique_ptr<Camera>>(found.error());
   if (!camera) {
-    absent_ = camera.error().message;
-    log_.Write(now, Severity::kWarning, "camera.absent", {{"action", absent_}});
+    absent_ = camera.error();
+    log_.Write(now, Severity::kWarning, "camera.absent", {{"action", absent_->message}});
     return;
   }
   found_ = *found;
   recovery_.Started(now);
   if (const auto started = (*camera)->Start(); !started) {
-    absent_ = started.error().message;
+    absent_ = started.error();
     if (started.error().code == ErrorCode::kNotFound) {
       recovery_.Gone();
     } else {
       recovery_.Failed();
       waiting_for_remedy_ = true;
     }
-    log_.Write(now, Severity::kWarning, "camera.start_failed", {{"action", absent_}});
+    log_.Write(now, Severity::kWarning, "camera.start_failed", {{"action", absent_->message}});
     return;
   }
   camera_ = std::move(*camera);
-  absent_.clear();
+  absent_.reset();
   ++opens_;
   if (maker_) {
     maker_->Restart(camera_->image_fourcc());
@@ -112,7 +112,7 @@ void CameraNode::OpenCamera() {
 void CameraNode::CloseCamera(const std::string& why) {
   closed_ = Sum(closed_, camera_->counters());
   camera_.reset();
-  absent_ = why;
+  absent_ = Error{ErrorCode::kIo, why};
   log_.Write(system_.now(), Severity::kWarning, "camera.closed", {{"why", why}});
 }
 
@@ -157,7 +157,7 @@ void CameraNode::Recover(Remedy remedy) {
       gave_up_ =
           "the camera is there but delivers no images, and neither restarting the stream nor "
           "resetting it helps (" +
-          (absent_.empty() ? "no error" : absent_) + "): unplug it, use another port or cable";
+          (absent_ ? absent_->message : "no error") + "): unplug it, use another port or cable";
       if (camera_) CloseCamera(*gave_up_);
       health_.SetState(HealthState::kFailed, *gave_up_);
       if (bus_ != nullptr) {
@@ -289,7 +289,7 @@ std::vector<std::string> CameraNode::Warnings() const {
 void CameraNode::UpdateHealth() {
   UpdateCounters();
   if (!camera_) {
-    health_.SetState(HealthState::kFailed, absent_);
+    health_.SetState(HealthState::kFailed, absent_->message);
     return;
   }
   if (maker_->counters().made == 0) {

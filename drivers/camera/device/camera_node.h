@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/config/robot_config.h"
+#include "common/core/result.h"
 #include "common/process/bus.h"
 #include "common/process/health_reporter.h"
 #include "common/process/log_line.h"
@@ -48,8 +49,8 @@ class CameraNode {
   const std::optional<std::string>& gave_up() const { return gave_up_; }
 
   bool streaming() const { return camera_ != nullptr; }
-  // Empty: all is well. Why there is no camera.
-  const std::string& absent_reason() const { return absent_; }
+  // Why there is no camera.
+  const std::optional<Error>& absent() const { return absent_; }
   // What is not as it should be although images come.
   std::vector<std::string> Warnings() const;
   const FoundCamera& found() const { return found_; }
@@ -88,7 +89,7 @@ class CameraNode {
   int64_t missing_seen_ = 0;
   std::string device_error_;
 
-  std::string absent_ = "the camera is not open yet";
+  std::optional<Error> absent_ = Error{ErrorCode::kIo, "the camera is not open yet"};
   std::optional<Utime> retry_;
   bool waiting_for_remedy_ = false;  // it failed: when to try again is recovery_'s decision
   std::optional<Utime> motion_retry_;

@@ -50,6 +50,15 @@ TEST(CameraNode, StereoPairsWithTheTimeOfMidExposureAcrossTheWrap) {
   EXPECT_EQ(rig.counter("camera.without_metadata"), 0);
 }
 
+TEST(CameraNode, WhichOfTwoCamerasIsForTheConfigurationToSay) {
+  CameraRig rig(ConfigForTest(CameraKind::kStereo));
+  rig.system().Plug({.port = "2-2", .serial = "b", .first_node = 6, .first_iio = 2});
+  rig.Run(0.1);
+  ASSERT_TRUE(rig.node().absent());
+  EXPECT_EQ(rig.node().absent()->code, ErrorCode::kBadConfig);
+  EXPECT_FALSE(rig.node().streaming());
+}
+
 TEST(CameraNode, GreyAndDepthOfOneInstant) {
   CameraRig rig(ConfigForTest(CameraKind::kRgbd));
   rig.Run(2);

@@ -59,7 +59,7 @@ int Check(process::Loop* loop, CameraNode* node, const process::Clock& clock) {
     if (!going_on) return Fail(going_on.error());
     if (!*going_on) break;
   }
-  if (!node->streaming()) return Fail({ErrorCode::kIo, node->absent_reason()});
+  if (node->absent()) return Fail(*node->absent());
   const FoundCamera& found = node->found();
   std::printf("%s %s, USB %d Mbit/s\n", found.product.c_str(), found.serial.c_str(),
               found.speed_mbps);

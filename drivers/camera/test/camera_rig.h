@@ -142,7 +142,7 @@ class CameraRig {
 
   EmulatedCamera& camera() { return camera_; }
   CameraNode& node() { return node_; }
-  const FakeSystem& system() const { return system_; }
+  FakeSystem& system() { return system_; }
   int64_t counter(const std::string& name) const {
     for (const auto& [key, value] : health.counters) {
       if (key == name) return value;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kViews = 60;
 constexpr double kClearance = 0.6;  // m to the nearest obstacle
-const SE3 kT_BC(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0, 0.25});
+const SE3 kCameraOnBody(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0, 0.25});
 
 struct View {
   Eigen::Vector2d position;
@@ -72,7 +72,7 @@ class SimulatedPlace {
   int CountFeatures(const View& view, double light, uint64_t noise_key) {
     const SE3 T_WB(ExpSO3({0, 0, view.yaw}), {view.position.x(), view.position.y(), 0});
     sim::RenderedImage scene;
-    renderer_.Render(T_WB * kT_BC, light, &scene);
+    renderer_.Render(T_WB * kCameraOnBody, light, &scene);
     sim::AutoExposure exposure(scenario_.imager);
     std::vector<uint8_t> image;
     for (int i = 0; i < 20; ++i) {  // until the exposure has settled

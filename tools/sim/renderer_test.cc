@@ -12,7 +12,7 @@
 namespace gw::sim {
 namespace {
 
-const SE3 kT_BC(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0, 0.25});
+const SE3 kCameraOnBody(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0, 0.25});
 
 World TexturedRoom() {
   WorldConfig config;
@@ -27,7 +27,7 @@ SE3 RandomView(CounterRng* rng) {
     p = {rng->Uniform(0.8, 5.2), rng->Uniform(0.8, 4.2)};
   } while ((p - Eigen::Vector2d(2.9, 2.5)).norm() < 0.8);
   const SE3 T_WB(ExpSO3({0, 0, rng->Uniform(-3.1, 3.1)}), {p.x(), p.y(), 0});
-  return T_WB * kT_BC;
+  return T_WB * kCameraOnBody;
 }
 
 float At(const RenderedImage& image, const std::vector<float>& values, int x, int y) {

@@ -1,22 +1,12 @@
 #include "backend/core/dr_edge.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numbers>
 
-namespace gw::backend {
+#include "common/core/covariance.h"
 
-Matrix6d LargerCovariance(const Matrix6d& a, const Matrix6d& b) {
-  const Eigen::LLT<Matrix6d> llt(a);
-  const Matrix6d L = llt.matrixL();
-  const Matrix6d Li = L.triangularView<Eigen::Lower>().solve(Matrix6d::Identity());
-  // In the coordinates where `a` is the identity, b = U S U^T; the larger one is U max(S, 1) U^T.
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(Li * b * Li.transpose());
-  const Vector6d larger = eigen.eigenvalues().cwiseMax(1.0);
-  const Matrix6d LU = L * eigen.eigenvectors();
-  return LU * larger.asDiagonal() * LU.transpose();
-}
+namespace gw::backend {
 
 DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConfig& config) {
   const SE3 T_CB = T_BC.inverse();
@@ -30,13 +20,18 @@ DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConf
       Eigen::Vector3d::Constant(sigma_r * sigma_r);
   const Matrix6d nominal = (periods * variance).asDiagonal();
   const Matrix6d adj = T_CB.Adjoint();
-  out.cov = LargerCovariance(nominal, adj * dr.cov * adj.transpose());
+  out.reported_cov = adj * dr.cov * adj.transpose();
+  out.cov = LargerCovariance(nominal, out.reported_cov);
   return out;
 }
 
-Matrix6d SqrtInformation(const Matrix6d& cov, double alpha) {
-  const Eigen::LLT<Matrix6d> llt(cov);
-  const Matrix6d information = alpha * llt.solve(Matrix6d::Identity());
+Matrix6d EdgeCovariance(const DrMotion& motion, double alpha, Variant variant) {
+  const Matrix6d scaled = motion.cov / alpha;
+  return AdaptsAlpha(variant) ? LargerCovariance(scaled, motion.reported_cov) : scaled;
+}
+
+Matrix6d SqrtInformation(const Matrix6d& cov) {
+  const Matrix6d information = Eigen::LLT<Matrix6d>(cov).solve(Matrix6d::Identity());
   return Eigen::LLT<Matrix6d>(0.5 * (information + information.transpose())).matrixU();
 }
 

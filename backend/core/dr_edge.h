@@ -10,8 +10,9 @@
 namespace gw::backend {
 
 struct DrMotion {
-  SE3 T_CaCb;    // camera at the end in the camera at the beginning
-  Matrix6d cov;  // right perturbation of T_CaCb; m^2, rad^2; positive definite
+  SE3 T_CaCb;             // camera at the end in the camera at the beginning
+  Matrix6d cov;           // right perturbation of T_CaCb; m^2, rad^2; positive definite
+  Matrix6d reported_cov;  // the filter's own part in it; may be zero
 };
 
 // T_CaCb = inv(T_BC) * T_BaBb * T_BC. The covariance is the larger, in every direction, of
@@ -21,12 +22,12 @@ struct DrMotion {
 // Precondition: IsUsable(dr, dr.utime_end).
 DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConfig& config);
 
-// The smallest covariance that is not below `a` nor `b` along the axes in which both are diagonal
-// (their joint eigenvectors). Precondition: a is positive definite, b symmetric.
-Matrix6d LargerCovariance(const Matrix6d& a, const Matrix6d& b);
+// Covariance of an edge that counts with the scale alpha > 0: cov / alpha. Where alpha follows the
+// quality of tracking, it is not below what the filter says of itself: blind vision is no reason to
+// believe dead reckoning more than it does (docs/adr/0012-no-more-than-dr-knows.md).
+Matrix6d EdgeCovariance(const DrMotion& motion, double alpha, Variant variant);
 
-// Upper triangular S with S^T S = alpha * inv(cov). Precondition: cov is positive definite, alpha >
-// 0.
-Matrix6d SqrtInformation(const Matrix6d& cov, double alpha);
+// Upper triangular S with S^T S = inv(cov). Precondition: cov is positive definite.
+Matrix6d SqrtInformation(const Matrix6d& cov);
 
 }  // namespace gw::backend

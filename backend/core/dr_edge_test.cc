@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <numbers>
 
 #include "backend/core/map.h"
@@ -11,34 +10,6 @@
 
 namespace gw::backend {
 namespace {
-
-Matrix6d RandomCovariance(CounterRng& rng, double scale) {
-  Matrix6d A;
-  for (int i = 0; i < 36; ++i) A.data()[i] = scale * rng.Normal();
-  return A * A.transpose();
-}
-
-double SmallestEigenvalue(const Matrix6d& m) {
-  return Eigen::SelfAdjointEigenSolver<Matrix6d>(m).eigenvalues()[0];
-}
-
-TEST(LargerCovariance, IsNotBelowEitherOne) {
-  for (uint64_t seed = 0; seed < 200; ++seed) {
-    CounterRng rng(seed, 1, 0);
-    const Matrix6d a = RandomCovariance(rng, 1.0) + 1e-3 * Matrix6d::Identity();
-    const Matrix6d b = RandomCovariance(rng, rng.Uniform(0.01, 3.0));
-    const Matrix6d larger = LargerCovariance(a, b);
-    EXPECT_GT(SmallestEigenvalue(larger - a), -1e-9 * larger.norm());
-    EXPECT_GT(SmallestEigenvalue(larger - b), -1e-9 * larger.norm());
-  }
-}
-
-TEST(LargerCovariance, OfOneThatDominatesIsThatOne) {
-  CounterRng rng(1, 2, 0);
-  const Matrix6d a = RandomCovariance(rng, 1.0) + Matrix6d::Identity();
-  EXPECT_LT((LargerCovariance(a, 0.5 * a) - a).norm(), 1e-9 * a.norm());
-  EXPECT_LT((LargerCovariance(a, 2.0 * a) - 2.0 * a).norm(), 1e-9 * a.norm());
-}
 
 TEST(CameraMotion, IsTheBodysMotionSeenFromTheCamera) {
   const SE3 T_BC = TestCamera().T_BC;
@@ -81,6 +52,43 @@ TEST(CameraMotion, CarriesTheFiltersCovarianceToTheCamera) {
     sampled += e * e.transpose() * 100.0 / kSamples;
   }
   EXPECT_LT((sampled - motion.cov).norm(), 0.05 * motion.cov.norm());
+}
+
+DrMotion ForwardMotion(double reported_sigma_m) {
+  DrIncrement dr;
+  dr.utime_end = Utime{500'000};
+  dr.T_BaBb = SE3(ExpSO3({0, 0, 0.2}), {0.3, 0, 0});
+  dr.cov.setZero();
+  dr.cov.diagonal().setConstant(reported_sigma_m * reported_sigma_m);
+  return CameraMotion(dr, TestCamera().T_BC, {});
+}
+
+TEST(EdgeCovariance, ScalesTheNominalNoise) {
+  const DrMotion sure = ForwardMotion(1e-9);
+  for (const double alpha : {0.1, 1.0, 1000.0}) {
+    EXPECT_LT((EdgeCovariance(sure, alpha, Variant::kFull) - sure.cov / alpha).norm(),
+              1e-6 * sure.cov.norm() / alpha);
+  }
+}
+
+TEST(EdgeCovariance, IsNeverBelowWhatTheFilterReports) {
+  const DrMotion unsure = ForwardMotion(0.01);
+  const Matrix6d strongest = EdgeCovariance(unsure, 1e6, Variant::kFull);
+  EXPECT_LT((strongest - unsure.reported_cov).norm(), 1e-4 * unsure.reported_cov.norm());
+  const Matrix6d weak = EdgeCovariance(unsure, 0.1, Variant::kFull);
+  EXPECT_LT((weak - 10 * unsure.cov).norm(), 1e-9 * weak.norm());
+}
+
+TEST(EdgeCovariance, OfABaselineIsScaledWithoutABound) {
+  const DrMotion unsure = ForwardMotion(0.01);
+  EXPECT_LT((EdgeCovariance(unsure, 1e6, Variant::kFixed) - 1e-6 * unsure.cov).norm(),
+            1e-15 * unsure.cov.norm());
+}
+
+TEST(SqrtInformation, IsTheRootOfTheInverse) {
+  const Matrix6d cov = ForwardMotion(0.01).cov;
+  const Matrix6d S = SqrtInformation(cov);
+  EXPECT_LT((S.transpose() * S * cov - Matrix6d::Identity()).norm(), 1e-9);
 }
 
 TEST(Compose, IsTheMotionOverBothIntervals) {

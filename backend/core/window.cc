@@ -89,7 +89,7 @@ void AddDrEdge(const MappingContext& context, const MapKeyframe& to, const Index
                double alpha, LocalBaJob& job) {
   const DrMotion motion = CameraMotion(*to.frame.dr, context.camera.T_BC, context.dr_weight);
   job.dr_edges.push_back({index.at(to.frame.previous), index.at(to.frame.id), motion.T_CaCb,
-                          SqrtInformation(motion.cov, alpha), alpha});
+                          SqrtInformation(EdgeCovariance(motion, alpha, context.variant)), alpha});
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/covariance.h"
 #include "frontend/core/dr_weight.h"
 #include "frontend/core/relocalizer.h"
 
@@ -46,10 +47,11 @@ std::optional<PosePrior> PoseFinder::PriorFor(const PosePrediction& prediction,
                                               const DrScale& scale) const {
   if (!prediction.has_prior || scale.rotation <= 0) return std::nullopt;
   Vector6d root;
-  root << Eigen::Vector3d::Constant(std::sqrt(std::min(scale.translation, prediction.max_alpha))),
-      Eigen::Vector3d::Constant(std::sqrt(std::min(scale.rotation, prediction.max_alpha)));
-  return PosePrior{prediction.T_WC,
-                   root.asDiagonal() * prediction.weight_cov.inverse() * root.asDiagonal()};
+  root << Eigen::Vector3d::Constant(1 / std::sqrt(scale.translation)),
+      Eigen::Vector3d::Constant(1 / std::sqrt(scale.rotation));
+  const Matrix6d cov = LargerCovariance(
+      root.asDiagonal() * prediction.weight_cov * root.asDiagonal(), prediction.honest_cov);
+  return PosePrior{prediction.T_WC, cov.inverse()};
 }
 
 // Pose from the current associations; outliers lose their match.

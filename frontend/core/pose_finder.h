@@ -34,10 +34,12 @@ struct TrackedPoint {
 struct PosePrediction {
   SE3 T_WC;
   Matrix6d search_cov = Matrix6d::Identity();  // of T_WC: how far the windows have to reach
-  // Prior of the pose (Good Weights): alpha(Q) * inv(weight_cov). Unused without has_prior.
+  // Prior of the pose (Good Weights): alpha(Q) * inv(weight_cov), however large alpha, with a
+  // covariance not below honest_cov (docs/adr/0012-no-more-than-dr-knows.md). Unused without
+  // has_prior.
   bool has_prior = false;
   Matrix6d weight_cov = Matrix6d::Identity();
-  double max_alpha = 1e12;     // no larger scale is used
+  Matrix6d honest_cov = Matrix6d::Zero();
   bool vision_broken = false;  // no visual pose in the image before: search near the prediction
 };
 

@@ -129,7 +129,10 @@ FoundPose Tracker::Impl::Find(const SE3& T_WC_predicted, const Motion& motion, U
     // The mean of the prior is the drifted pose: it counts with that drift, and no more.
     prediction.search_cov += uncertainty_.cov();
     prediction.weight_cov = prediction.search_cov;
-    if (AdaptsAlpha(config_.variant)) prediction.max_alpha = 1;
+  }
+  if (AdaptsAlpha(config_.variant)) {
+    prediction.honest_cov =
+        prediction.vision_broken ? prediction.search_cov : motion.noise.Covariance();
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
   if (!found.found && (!motion.from_dr || !placed_)) {

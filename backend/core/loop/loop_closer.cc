@@ -160,8 +160,9 @@ LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
       // counts no more than its drift allows, or no loop across a weak span could ever close.
       const DrMotion motion =
           CameraMotion(*keyframe.frame.dr, context.camera.T_BC, context.dr_weight);
-      job.graph.edges.push_back({index.at(keyframe.frame.previous), to, motion.T_CaCb,
-                                 SqrtInformation(motion.cov, std::min(alpha, 1.0)), -1});
+      job.graph.edges.push_back(
+          {index.at(keyframe.frame.previous), to, motion.T_CaCb,
+           SqrtInformation(EdgeCovariance(motion, std::min(alpha, 1.0), context.variant)), -1});
     } else if (ties.empty() && to > 0) {
       job.graph.edges.push_back({to - 1, to,
                                  job.graph.nodes[to - 1].T_WC.inverse() * keyframe.frame.T_WC,

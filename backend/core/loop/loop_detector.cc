@@ -158,7 +158,7 @@ std::optional<Loop> DetectLoop(const Map& map, const MappingContext& context,
     loop.newer = newest->frame.id;
     loop.T_OlderNewer = map.FindKeyframe(candidate)->frame.T_WC.inverse() * fit->T_WC;
     loop.sights = fit->sights;
-    loop.sqrt_information = SqrtInformation(cov, 1.0);
+    loop.sqrt_information = SqrtInformation(cov);
     const auto chain = ChainDr(map, context, loop.older, loop.newer);
     if (chain && DrContradiction(*chain, loop.T_OlderNewer, cov) > kDrGate) {
       ++counters.refused_by_dr;

@@ -9,12 +9,21 @@ namespace {
 // Of 16 bits; a true match (at most 32 of 256) differs in 2 on average, chance in 8.
 constexpr int kMaxSketchDistance = 5;
 
-// Group t holds bits t, t + 16, t + 32, ...: neighbouring bits of a descriptor may be related.
+// Group t holds bits t, t + 16, t + 32, ...: neighbouring bits of a descriptor may be related. So
+// the groups are the columns of the bits written in 16 rows: a matrix of bits is transposed, block
+// by block (Warren, Hacker's Delight, 7-3).
 std::array<uint16_t, 16> Groups(const Descriptor& descriptor) {
-  std::array<uint16_t, 16> out{};
-  for (int bit = 0; bit < 256; ++bit) {
-    const uint64_t value = descriptor[bit / 64] >> (bit % 64) & 1;
-    out[bit % 16] = static_cast<uint16_t>(out[bit % 16] | value << (bit / 16));
+  std::array<uint16_t, 16> out;
+  for (int row = 0; row < 16; ++row) {
+    out[row] = static_cast<uint16_t>(descriptor[row / 4] >> (16 * (row % 4)));
+  }
+  uint32_t mask = 0x00FF;  // the columns of a block's left half
+  for (int size = 8; size > 0; size /= 2, mask ^= mask << size) {
+    for (int row = 0; row < 16; row = (row + size + 1) & ~size) {
+      const uint32_t swap = (static_cast<uint32_t>(out[row]) >> size ^ out[row + size]) & mask;
+      out[row] = static_cast<uint16_t>(out[row] ^ swap << size);
+      out[row + size] = static_cast<uint16_t>(out[row + size] ^ swap);
+    }
   }
   return out;
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "lcmtypes/wire/wire.h"
-#include "tools/fault/apply_faults.h"
+#include "tools/fault/fault_injector.h"
 
 namespace gw::fault {
 

@@ -6,7 +6,6 @@
 
 #include "common/contract/dead_reckoning.h"
 #include "common/contract/samples.h"
-#include "tools/fault/apply_faults.h"
 
 namespace gw::fault {
 

@@ -21,5 +21,6 @@ std::unique_ptr<Study> MakeQualityStudy();
 std::unique_ptr<Study> MakeAlphaSweepStudy();
 std::unique_ptr<Study> MakeLatencyStudy();
 std::unique_ptr<Study> MakeRepeatRunStudy();
+std::unique_ptr<Study> MakeLocalizeStudy();
 
 }  // namespace gw::study

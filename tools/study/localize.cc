@@ -53,7 +53,7 @@ Result<backend::Map> MakeMap(const Experiment& mapping, const RectifiedCamera& c
   return session->mapper().map();
 }
 
-Result<SavedMap> SaveMap(const Experiment& mapping, const std::string& folder) {
+Result<SavedMap> MakeSavedMap(const Experiment& mapping, const std::string& folder) {
   const auto geometry = MakeCameraGeometry(mapping.config.calibration);
   if (!geometry) return geometry.error();
   auto map = MakeMap(mapping, geometry->rectified, folder);
@@ -248,7 +248,7 @@ class LocalizeStudy : public Study {
     if (!mapping) return mapping.error();
     auto drive = LoadExperiment(log_, config_);
     if (!drive) return drive.error();
-    const auto saved = SaveMap(*mapping, map_);
+    const auto saved = MakeSavedMap(*mapping, map_);
     if (!saved) return saved.error();
     std::fprintf(stderr, "gw-study: map of %zu keyframes, APE %.4f m\n",
                  saved->map.keyframes().size(), saved->ape_m);
@@ -274,8 +274,8 @@ class LocalizeStudy : public Study {
         FormatFixed(saved.ape_m, 4) +
         " m.\n\nA mapped view: within 1 m and 30 deg of a keyframe. Localised: vision carries the "
         "pose, its sigma is below 0.1 m, and it is within 0.3 m and 5 deg of the truth. Delay: "
-        "from "
-        "the first mapped view in sight, s. Wrong: sigma below 0.1 m, and more than 0.5 m off.\n\n"
+        "from the first mapped view in sight, s. Wrong: sigma below 0.1 m, and more than 0.5 m "
+        "off.\n\n"
         "| trials | number | knew its place before | saw a mapped view | localised | delay, median "
         "| 90 % | longest | largest error then, m | trials (images) wrong | worst claim, m |\n| "
         "--- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";

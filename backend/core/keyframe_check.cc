@@ -16,6 +16,10 @@ bool IsSane(const Feature& f) {
 
 }  // namespace
 
+bool IsInReach(const Eigen::Vector3d& p) {
+  return p.allFinite() && p.cwiseAbs().maxCoeff() <= kMaxCoordinate;
+}
+
 KeyframeFault CheckKeyframe(const Keyframe& keyframe) {
   if (!keyframe.id.valid() || keyframe.id.value > kMaxKeyframeId) return KeyframeFault::kId;
   const size_t n = keyframe.features.size();
@@ -23,8 +27,7 @@ KeyframeFault CheckKeyframe(const Keyframe& keyframe) {
       n > static_cast<size_t>(LandmarkId::kMaxFeatures)) {
     return KeyframeFault::kLengths;
   }
-  if (!keyframe.T_WC.IsFinite() ||
-      keyframe.T_WC.translation().cwiseAbs().maxCoeff() > kMaxCoordinate) {
+  if (!keyframe.T_WC.IsFinite() || !IsInReach(keyframe.T_WC.translation())) {
     return KeyframeFault::kPose;
   }
   if (!keyframe.cov_T_WC.allFinite() || !(keyframe.q >= 0 && keyframe.q <= 1)) {

@@ -10,7 +10,7 @@ enum class KeyframeFault {
   kNone,
   kId,        // not positive, or too large to name landmarks after
   kLengths,   // descriptors or landmarks do not match the features, or too many features
-  kPose,      // not finite, or farther than kMaxCoordinate
+  kPose,      // not finite, or out of reach
   kQuality,   // covariance not finite, or q outside [0, 1]
   kLandmark,  // an id out of range
   kFeature,   // a coordinate, depth or level out of range
@@ -19,6 +19,9 @@ enum class KeyframeFault {
 inline constexpr int64_t kMaxKeyframeId = int64_t{1} << 47;  // landmark ids then fit 63 bits
 inline constexpr double kMaxCoordinate = 1e6;  // m; farther than any robot of ours drives
 inline constexpr int kMaxLevel = 31;           // pyramid level of a feature
+
+// Finite, and within kMaxCoordinate along each axis.
+bool IsInReach(const Eigen::Vector3d& p);
 
 // The first fault found.
 KeyframeFault CheckKeyframe(const Keyframe& keyframe);

@@ -34,6 +34,10 @@ class Hasher {
   uint64_t hash_ = kFnvOffset;
 };
 
+bool Lists(const std::vector<Observation>& sorted, const Observation& observation) {
+  return std::binary_search(sorted.begin(), sorted.end(), observation);
+}
+
 bool ById(const std::pair<KeyframeId, int32_t>& a, KeyframeId b) {
   return a.first < b;
 }
@@ -168,13 +172,14 @@ bool Map::AddKeyframe(const Keyframe& keyframe) {
   if (keyframe.id <= newest_keyframe_ || CheckKeyframe(keyframe) != KeyframeFault::kNone) {
     return false;
   }
+  MapKeyframe* previous = MutableKeyframe(keyframe.previous);
+  if (previous != nullptr && keyframe.utime <= previous->frame.utime) return false;
   MapKeyframe& added = keyframes_[keyframe.id];
   added.frame = keyframe;
   added.frame.landmarks.assign(keyframe.features.size(), {});
   added.grid = FeatureGrid(keyframe.features);
-  if (keyframe.dr && !IsUsable(*keyframe.dr, keyframe.utime)) added.frame.dr.reset();
-  MapKeyframe* previous = MutableKeyframe(keyframe.previous);
-  if (previous != nullptr && previous != &added && !previous->next.valid()) {
+  if (keyframe.dr && !backend::IsUsable(*keyframe.dr, keyframe.utime)) added.frame.dr.reset();
+  if (previous != nullptr && !previous->next.valid()) {
     previous->next = keyframe.id;
   } else {
     added.frame.previous = {};
@@ -210,12 +215,19 @@ Landmark& Map::MutableLandmark(LandmarkId id) {
 }
 
 bool Map::AddObservation(LandmarkId id, const Observation& observation) {
+  const auto it = landmarks_.find(id.value);
+  GW_CHECK(it != landmarks_.end());
+  if (!Observe(it->second, observation)) return false;
+  changes_.landmarks.push_back(id);
+  return true;
+}
+
+bool Map::Observe(Landmark& landmark, const Observation& observation) {
   const MapKeyframe* keyframe = FindKeyframe(observation.keyframe);
   if (keyframe == nullptr || observation.feature_index < 0) return false;
   const size_t index = static_cast<size_t>(observation.feature_index);
   const auto& slots = keyframe->frame.landmarks;
-  if (index >= slots.size() || slots[index].valid()) return false;
-  Landmark& landmark = MutableLandmark(id);
+  if (!slots.empty() && (index >= slots.size() || slots[index].valid())) return false;
   if (FindObservation(landmark, observation.keyframe) != landmark.observations.end()) return false;
   landmark.observations.insert(
       std::lower_bound(landmark.observations.begin(), landmark.observations.end(), observation),
@@ -365,107 +377,122 @@ MapUpdate Map::Commit() {
   return out;
 }
 
-void Map::SetLandmark(const LandmarkUpdate& update) {
-  if (!update.id.valid() || !update.p_W.allFinite() || !update.normal_W.allFinite()) {
-    ++num_ignored_;
-    return;
+bool Map::IsUsable(const LandmarkUpdate& update) const {
+  return update.id.valid() && update.id.creator() <= newest_keyframe_ && IsInReach(update.p_W) &&
+         update.normal_W.allFinite();
+}
+
+void Map::DropUnlistedObservations(const LandmarkUpdate& update) {
+  const auto it = landmarks_.find(update.id.value);
+  if (it == landmarks_.end() || !IsUsable(update)) return;
+  std::vector<Observation>& present = it->second.observations;
+  for (size_t i = present.size(); i-- > 0;) {
+    if (Lists(update.observations, present[i])) continue;
+    Unlink(it->second, present[i]);
+    present.erase(present.begin() + static_cast<std::ptrdiff_t>(i));
   }
+}
+
+bool Map::TakeLandmark(const LandmarkUpdate& update) {
+  if (!IsUsable(update)) return false;
   merged_into_.erase(update.id);
   Landmark& landmark = landmarks_[update.id.value];
-  std::vector<Observation> old = std::move(landmark.observations);
-  landmark.observations.clear();
-  // Observations that stay are not touched: most updates only move the point.
-  std::vector<Observation> keep;
-  for (const Observation& observation : update.observations) {
-    const bool out_of_order = !keep.empty() && observation.keyframe <= keep.back().keyframe;
-    if (out_of_order || !keyframes_.contains(observation.keyframe)) {
-      ++num_ignored_;
-    } else {
-      keep.push_back(observation);
-    }
-  }
   landmark.id = update.id;
-  landmark.observations = old;
-  for (const Observation& observation : old) {
-    if (!std::binary_search(keep.begin(), keep.end(), observation)) {
-      Unlink(landmark, observation);
-      landmark.observations.erase(FindObservation(landmark, observation.keyframe));
-    }
-  }
-  for (const Observation& observation : keep) {
-    if (std::binary_search(old.begin(), old.end(), observation)) continue;
-    landmark.observations.insert(
-        std::lower_bound(landmark.observations.begin(), landmark.observations.end(), observation),
-        observation);
-    Link(landmark, observation);
+  for (const Observation& observation : update.observations) {
+    // Those that stay are not touched: most updates only move the point.
+    if (Lists(landmark.observations, observation)) continue;
+    if (!Observe(landmark, observation)) ++num_ignored_;
   }
   landmark.p_W = update.p_W;
   landmark.normal_W = update.normal_W;
   landmark.min_distance = update.min_distance;
   landmark.max_distance = update.max_distance;
   landmark.descriptor = update.descriptor;
+  return true;
+}
+
+// What is left are the keyframes that the snapshot names, and nothing that hangs on them.
+void Map::ClearFor(const MapUpdate& snapshot) {
+  for (const LandmarkId id : SortedLandmarkIds()) EraseLandmark(id);
+  merged_into_.clear();
+  removals_.clear();
+  std::set<KeyframeId> named;
+  for (const KeyframeUpdate& keyframe : snapshot.keyframes) {
+    if (keyframe.id <= snapshot.newest_keyframe) named.insert(keyframe.id);
+  }
+  std::erase_if(keyframes_, [&](const auto& entry) { return !named.contains(entry.first); });
+  for (auto& [id, keyframe] : keyframes_) {
+    keyframe.dr_alpha = 0;
+    if (!keyframes_.contains(keyframe.next)) keyframe.next = {};
+    if (!keyframes_.contains(keyframe.frame.previous)) {
+      keyframe.frame.previous = {};
+      keyframe.frame.dr.reset();
+    }
+  }
+}
+
+bool Map::TakePose(const KeyframeUpdate& update) {
+  if (!update.id.valid() || update.id > newest_keyframe_ || !update.T_WC.IsFinite() ||
+      !IsInReach(update.T_WC.translation())) {
+    return false;
+  }
+  const auto [it, is_new] = keyframes_.try_emplace(update.id);
+  Keyframe& frame = it->second.frame;
+  if (is_new) {
+    frame.id = update.id;
+    frame.utime = update.utime;
+  } else if (frame.utime != update.utime) {
+    return false;
+  }
+  frame.T_WC = update.T_WC;
+  return true;
+}
+
+bool Map::TakeRemoval(const KeyframeRemoval& removal, bool snapshot) {
+  if (removal.id == removal.parent || removal.id > newest_keyframe_ ||
+      !keyframes_.contains(removal.parent) || !removal.T_ParentC.IsFinite()) {
+    return false;
+  }
+  const MapKeyframe* keyframe = FindKeyframe(removal.id);
+  if (snapshot) {
+    if (keyframe == nullptr) removals_[removal.id] = removal;
+    return keyframe == nullptr;
+  }
+  if (keyframe != nullptr) {
+    if (keyframe->num_observations > 0) StripObservations(removal.id);
+    EraseKeyframe(removal.id);
+  }
+  RecordRemoval(removal);
+  return true;
+}
+
+bool Map::TakeDrWeight(const DrEdgeWeight& edge) {
+  MapKeyframe* keyframe = MutableKeyframe(edge.to);
+  if (keyframe == nullptr || !(edge.alpha >= 0)) return false;
+  keyframe->dr_alpha = edge.alpha;
+  return true;
 }
 
 Map::Applied Map::Apply(const MapUpdate& update) {
   if (!update.snapshot && update.base_revision != revision_) return Applied::kGap;
-  if (update.snapshot) {
-    for (const LandmarkId id : SortedLandmarkIds()) EraseLandmark(id);
-    merged_into_.clear();
-    removals_.clear();
-    std::set<KeyframeId> named;
-    for (const KeyframeUpdate& keyframe : update.keyframes) named.insert(keyframe.id);
-    std::erase_if(keyframes_, [&](const auto& entry) { return !named.contains(entry.first); });
-    for (auto& [id, keyframe] : keyframes_) {
-      keyframe.dr_alpha = 0;
-      if (!keyframes_.contains(keyframe.next)) keyframe.next = {};
-      if (!keyframes_.contains(keyframe.frame.previous)) {
-        keyframe.frame.previous = {};
-        keyframe.frame.dr.reset();
-      }
-    }
+  const auto count = [this](bool taken) { num_ignored_ += taken ? 0 : 1; };
+  if (update.snapshot) ClearFor(update);
+  if (update.newest_keyframe > newest_keyframe_ || update.snapshot) {
+    newest_keyframe_ = update.newest_keyframe;
   }
-  for (const KeyframeUpdate& moved : update.keyframes) {
-    if (!moved.id.valid() || !moved.T_WC.IsFinite()) {
-      ++num_ignored_;
-      continue;
-    }
-    MapKeyframe& keyframe = keyframes_[moved.id];
-    keyframe.frame.id = moved.id;
-    keyframe.frame.utime = moved.utime;
-    keyframe.frame.T_WC = moved.T_WC;
-  }
+  for (const KeyframeUpdate& moved : update.keyframes) count(TakePose(moved));
   for (const LandmarkMerge& merge : update.merged_landmarks) {
     EraseLandmark(merge.from);
     RecordMerge(merge.from, merge.into);
   }
   for (const LandmarkId id : update.removed_landmarks) EraseLandmark(id);
-  for (const LandmarkUpdate& landmark : update.landmarks) SetLandmark(landmark);
+  // First what goes, then what comes: a feature may pass from one landmark to another.
+  for (const LandmarkUpdate& landmark : update.landmarks) DropUnlistedObservations(landmark);
+  for (const LandmarkUpdate& landmark : update.landmarks) count(TakeLandmark(landmark));
   for (const KeyframeRemoval& removal : update.removed_keyframes) {
-    if (removal.id == removal.parent || !removal.T_ParentC.IsFinite()) {
-      ++num_ignored_;
-      continue;
-    }
-    if (update.snapshot) {
-      removals_[removal.id] = removal;
-      continue;
-    }
-    if (const MapKeyframe* keyframe = FindKeyframe(removal.id)) {
-      if (keyframe->num_observations > 0) StripObservations(removal.id);
-      EraseKeyframe(removal.id);
-    }
-    RecordRemoval(removal);
+    count(TakeRemoval(removal, update.snapshot));
   }
-  for (const DrEdgeWeight& edge : update.dr_edges) {
-    MapKeyframe* keyframe = MutableKeyframe(edge.to);
-    if (keyframe != nullptr) {
-      keyframe->dr_alpha = edge.alpha;
-    } else {
-      ++num_ignored_;
-    }
-  }
-  if (update.newest_keyframe > newest_keyframe_ || update.snapshot) {
-    newest_keyframe_ = update.newest_keyframe;
-  }
+  for (const DrEdgeWeight& edge : update.dr_edges) count(TakeDrWeight(edge));
   newest_utime_ = update.utime;
   revision_ = update.revision;
   changes_ = {};

@@ -61,10 +61,10 @@ class Map {
 
   // --- Changes by the mapper. Each is part of the update that the next Commit() returns.
 
-  // False, and no change, when the id is not newer than every keyframe so far, or CheckKeyframe()
-  // finds a fault. The pose is taken from the keyframe, its `landmarks` are not: observations are
-  // added one by one. A `previous` that is not in the map, or that another keyframe follows
-  // already, leaves the new one without a temporal edge.
+  // False, and no change, when the id is not newer than every keyframe so far, the time not after
+  // that of `previous`, or CheckKeyframe() finds a fault. The pose is taken from the keyframe, its
+  // `landmarks` are not: observations are added one by one. A `previous` that is not in the map, or
+  // that another keyframe follows already, leaves the new one without a temporal edge.
   bool AddKeyframe(const Keyframe& keyframe);
   // Preconditions of the following: the ids exist, unless stated otherwise.
   void SetPose(KeyframeId id, const SE3& T_WC);
@@ -90,7 +90,8 @@ class Map {
 
   enum class Applied { kDone, kGap };
   // kGap, and no change: the update is not a snapshot and its base is not our revision. Parts that
-  // contradict themselves (unknown ids, NaN) are left out and counted in num_ignored().
+  // contradict themselves or the map (unknown ids, NaN, a feature that another landmark has) are
+  // left out and counted in num_ignored(): whatever the update says, the map holds together.
   Applied Apply(const MapUpdate& update);
   int64_t num_ignored() const { return num_ignored_; }
 
@@ -111,7 +112,18 @@ class Map {
   void StripObservations(KeyframeId keyframe);
   void RecordMerge(LandmarkId from, LandmarkId into);
   void RecordRemoval(const KeyframeRemoval& removal);
-  void SetLandmark(const LandmarkUpdate& update);
+  // False, and no change, when the keyframe is unknown, its feature taken or not there, or the
+  // landmark observed by it already. A viewer's keyframe has no features, and takes any.
+  bool Observe(Landmark& landmark, const Observation& observation);
+
+  // Parts of Apply(). False: the part contradicts the map, and is left out.
+  void ClearFor(const MapUpdate& snapshot);
+  bool IsUsable(const LandmarkUpdate& update) const;
+  bool TakePose(const KeyframeUpdate& update);
+  void DropUnlistedObservations(const LandmarkUpdate& update);
+  bool TakeLandmark(const LandmarkUpdate& update);
+  bool TakeRemoval(const KeyframeRemoval& removal, bool snapshot);
+  bool TakeDrWeight(const DrEdgeWeight& edge);
 
   std::map<KeyframeId, MapKeyframe> keyframes_;
   std::unordered_map<int64_t, Landmark> landmarks_;  // looked up, never iterated unsorted

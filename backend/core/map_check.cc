@@ -8,10 +8,6 @@
 namespace gw::backend {
 namespace {
 
-bool IsSane(const Eigen::Vector3d& p) {
-  return p.allFinite() && p.cwiseAbs().maxCoeff() <= kMaxCoordinate;
-}
-
 class Checker {
  public:
   explicit Checker(const Map& map) : map_(map) {}
@@ -83,8 +79,11 @@ class Checker {
   }
 
   void CheckLandmark(const Landmark& landmark) {
-    if (!IsSane(landmark.p_W) || !landmark.normal_W.allFinite()) {
+    if (!IsInReach(landmark.p_W) || !landmark.normal_W.allFinite()) {
       Fault(landmark.id, "is not at a plausible place");
+    }
+    if (landmark.id.creator() > map_.newest_keyframe()) {
+      Fault(landmark.id, "is named after a keyframe that is yet to come");
     }
     if (landmark.observations.empty()) Fault(landmark.id, "is observed by no keyframe");
     for (size_t i = 0; i < landmark.observations.size(); ++i) {

@@ -15,7 +15,8 @@ struct MapFaults {
 };
 
 // Poses and points are finite and within 1000 km. Observations and the keyframes' feature slots
-// name each other, sorted and once. Covisibility is what the observations say. The DR chain is
+// name each other, sorted and once. Nothing is named after a keyframe newer than the newest: its
+// name would be given again. Covisibility is what the observations say. The DR chain is
 // linked both ways, forward in time, and has increments only between neighbours. Removed keyframes
 // live on in keyframes that exist; merged landmarks do not exist.
 MapFaults CheckMap(const Map& map);

@@ -39,9 +39,12 @@ TEST(CheckMap, FindsNothingInWhatTheMapperMade) {
 TEST(CheckMap, NamesALandmarkWithoutItsFeature) {
   Map map = Driven(5);
   MapUpdate update = Next(map);
+  update.newest_keyframe = {6};
+  update.keyframes.push_back({{6}, map.newest_utime(), SE3()});  // as a viewer has it: no features
   update.landmarks.push_back(*map.FindLandmark(map.SortedLandmarkIds().front()));
-  update.landmarks.back().observations.back().feature_index = LandmarkId::kMaxFeatures - 1;
+  update.landmarks.back().observations.push_back({{6}, 0});
   ASSERT_EQ(map.Apply(update), Map::Applied::kDone);
+  ASSERT_EQ(map.num_ignored(), 0);
   const MapFaults faults = CheckMap(map);
   EXPECT_GT(faults.count, 0);
   EXPECT_THAT(faults.texts, testing::Contains(testing::HasSubstr(

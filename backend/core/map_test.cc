@@ -200,6 +200,14 @@ TEST(Map, ReplicaFollowsRandomChangesExactly) {
   }
 }
 
+TEST(Map, RefusesAKeyframeThatIsNotAfterTheOneBeforeIt) {
+  Map map = MakeMap(3);
+  Keyframe keyframe = MakeKeyframe(4);
+  keyframe.utime = map.FindKeyframe({3})->frame.utime;
+  EXPECT_FALSE(map.AddKeyframe(keyframe));
+  EXPECT_TRUE(map.AddKeyframe(MakeKeyframe(4)));
+}
+
 TEST(Map, RefusesAnUpdateThatDoesNotFollow) {
   Map map = MakeMap(3);
   Map replica;
@@ -225,13 +233,52 @@ TEST(Map, AViewerWithoutFeaturesHasPosesLandmarksAndCovisibility) {
   EXPECT_EQ(viewer.num_ignored(), 0);
 }
 
+MapUpdate Next(const Map& map) {
+  MapUpdate out;
+  out.base_revision = map.revision();
+  out.revision = out.base_revision + 1;
+  out.newest_keyframe = map.newest_keyframe();
+  return out;
+}
+
+TEST(Map, AFeatureBelongsToOneLandmark) {
+  Map map = MakeMap(3);
+  map.Commit();
+  MapUpdate thief = Next(map);
+  thief.landmarks.push_back(*map.FindLandmark(LandmarkId::From({1}, 0)));
+  thief.landmarks[0].id = LandmarkId::From({3}, 9);
+  const auto stolen = thief.landmarks[0].observations.size();
+  EXPECT_EQ(map.Apply(thief), Map::Applied::kDone);
+  EXPECT_EQ(map.num_ignored(), std::ssize(thief.landmarks[0].observations));
+  EXPECT_EQ(map.FindLandmark(LandmarkId::From({1}, 0))->observations.size(), stolen);
+  ExpectConsistent(map);
+}
+
+TEST(Map, WithinAnUpdateAFeaturePassesFromOneLandmarkToAnother) {
+  for (const bool to_the_first : {false, true}) {
+    Map map = MakeMap(3);
+    map.Commit();
+    MapUpdate update = Next(map);
+    for (const int i : {0, 1}) {
+      update.landmarks.push_back(*map.FindLandmark(LandmarkId::From({1}, i)));
+    }
+    auto& from = update.landmarks[to_the_first ? 1 : 0].observations;
+    auto& to = update.landmarks[to_the_first ? 0 : 1].observations;
+    to.back() = from.back();
+    from.pop_back();
+    EXPECT_EQ(map.Apply(update), Map::Applied::kDone);
+    EXPECT_EQ(map.num_ignored(), 0);
+    for (const LandmarkUpdate& landmark : update.landmarks) {
+      EXPECT_EQ(map.FindLandmark(landmark.id)->observations, landmark.observations);
+    }
+    ExpectConsistent(map);
+  }
+}
+
 TEST(Map, IgnoresAndCountsContradictionsInAnUpdate) {
   Map map = MakeMap(3);
   map.Commit();
-  MapUpdate bad;
-  bad.base_revision = map.revision();
-  bad.revision = bad.base_revision + 1;
-  bad.newest_keyframe = {3};
+  MapUpdate bad = Next(map);
   bad.keyframes.push_back({{}, {}, SE3()});
   LandmarkUpdate landmark;
   landmark.id = LandmarkId::From({1}, 0);
@@ -240,14 +287,20 @@ TEST(Map, IgnoresAndCountsContradictionsInAnUpdate) {
   landmark.id = LandmarkId::From({1}, 1);
   landmark.p_W.x() = std::numeric_limits<double>::quiet_NaN();
   bad.landmarks.push_back(landmark);
+  landmark.id = LandmarkId::From({4}, 0);  // a name that keyframe 4 will give
+  landmark.p_W.setZero();
+  bad.landmarks.push_back(landmark);
+  bad.keyframes.push_back({{3}, {1}, SE3()});  // was taken at another time
   bad.removed_keyframes.push_back({{2}, {2}, SE3()});
+  bad.removed_keyframes.push_back({{2}, {9}, SE3()});
   bad.removed_keyframes.push_back({{1}, {3}, SE3()});
   bad.dr_edges.push_back({{8}, {9}, 1});
   bad.merged_landmarks.push_back({LandmarkId::From({2}, 0), LandmarkId::From({2}, 0)});
   EXPECT_EQ(map.Apply(bad), Map::Applied::kDone);
-  EXPECT_GE(map.num_ignored(), 6);
+  EXPECT_GE(map.num_ignored(), 9);
   EXPECT_FALSE(map.Resolve(LandmarkId::From({2}, 0)).valid());
   EXPECT_EQ(map.FindKeyframe({1}), nullptr);
+  ExpectConsistent(map);
 }
 
 }  // namespace

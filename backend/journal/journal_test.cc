@@ -10,6 +10,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 
 #include "backend/core/mapper.h"
@@ -318,25 +319,56 @@ TEST_F(JournalTest, BehindADamagedCheckpointItGoesOnFromTheGenerationBefore) {
 }
 
 TEST_F(JournalTest, AnUpdateThatContradictsTheMapIsDamage) {
-  Recorder recorder;
-  uint64_t before = 0;
-  {
-    Journal journal = Open();
-    for (int i = 0; i < 3; ++i) ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
-    before = recorder.mapper.map().Hash();
-    MapUpdate wrong;
-    wrong.base_revision = recorder.mapper.map().revision();
-    wrong.revision = wrong.base_revision + 1;
-    wrong.newest_keyframe = {3};
-    wrong.landmarks.push_back(
-        *recorder.mapper.map().FindLandmark(recorder.mapper.map().SortedLandmarkIds().front()));
-    wrong.landmarks.back().observations = {{{1}, LandmarkId::kMaxFeatures - 1}};
-    ASSERT_TRUE(journal.Append(wrong, {}).ok());
+  using Edit = std::function<void(const Map&, MapUpdate&)>;
+  const auto first = [](const Map& map) {
+    return *map.FindLandmark(map.SortedLandmarkIds().front());
+  };
+  const std::pair<const char*, Edit> kEdits[] = {
+      {"a feature that is not there",
+       [&](const Map& map, MapUpdate& update) {
+         update.landmarks = {first(map)};
+         update.landmarks[0].observations = {{{1}, LandmarkId::kMaxFeatures - 1}};
+       }},
+      {"a feature of another landmark",
+       [&](const Map& map, MapUpdate& update) {
+         update.landmarks = {first(map)};
+         update.landmarks[0].id = LandmarkId::From({3}, 9000);
+       }},
+      {"a landmark that nobody sees",
+       [&](const Map& map, MapUpdate& update) {
+         update.landmarks = {first(map)};
+         update.landmarks[0].observations.clear();
+       }},
+      {"a landmark far out",
+       [&](const Map& map, MapUpdate& update) {
+         update.landmarks = {first(map)};
+         update.landmarks[0].p_W.x() = 1e9;
+       }},
+      {"a keyframe at another time",
+       [&](const Map& map, MapUpdate& update) {
+         const Keyframe& keyframe = map.FindKeyframe({2})->frame;
+         update.keyframes = {{{2}, keyframe.utime + Milliseconds(1), keyframe.T_WC}};
+       }},
+  };
+  for (const auto& [what, edit] : kEdits) {
+    fs::remove_all(directory_);
+    Recorder recorder;
+    const Map& map = recorder.mapper.map();
+    {
+      Journal journal = Open();
+      for (int i = 0; i < 3; ++i) ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+      MapUpdate wrong;
+      wrong.base_revision = map.revision();
+      wrong.revision = wrong.base_revision + 1;
+      wrong.newest_keyframe = {3};
+      edit(map, wrong);
+      ASSERT_TRUE(journal.Append(wrong, {}).ok());
+    }
+    const auto loaded = LoadMap(directory());
+    ASSERT_TRUE(loaded.ok()) << what;
+    EXPECT_THAT(loaded->damage, testing::HasSubstr("contradicts")) << what;
+    EXPECT_EQ(loaded->map.Hash(), map.Hash()) << what;
   }
-  const auto loaded = LoadMap(directory());
-  ASSERT_TRUE(loaded.ok());
-  EXPECT_THAT(loaded->damage, testing::HasSubstr("contradicts"));
-  EXPECT_EQ(loaded->map.Hash(), before);
 }
 
 TEST_F(JournalTest, NotesTheSessions) {

@@ -120,13 +120,14 @@ class Replay {
     return true;
   }
 
-  // Every observation of the update has its own feature.
+  // Every landmark of the update is observed, by features that the keyframes have. (A map may also
+  // hold keyframes without their features; a map on disk does not.)
   bool ObservationsFit(const MapUpdate& update) const {
     for (const LandmarkUpdate& landmark : update.landmarks) {
+      if (landmark.observations.empty()) return false;
       for (const Observation& o : landmark.observations) {
-        const auto& slots = out_.map.FindKeyframe(o.keyframe)->frame.landmarks;
-        const auto index = static_cast<size_t>(o.feature_index);
-        if (index >= slots.size() || slots[index] != landmark.id) return false;
+        const auto& features = out_.map.FindKeyframe(o.keyframe)->frame.features;
+        if (static_cast<size_t>(o.feature_index) >= features.size()) return false;
       }
     }
     return true;

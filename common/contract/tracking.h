@@ -15,7 +15,7 @@ enum class TrackingStatus : int32_t {
   kTracking = 2,      // vision carries the pose
   kDegraded = 3,      // vision is weak; DR carries noticeable weight
   kDrOnly = 4,        // no usable vision; the pose is the DR prediction
-  kRecovering = 5,    // matching the old map again after a blind span, not yet confirmed
+  kRecovering = 5,    // where in the map is not known, in doubt, not yet confirmed, or only now
   kLost = 6,          // neither vision nor DR; the pose is extrapolated and its covariance says so
 };
 
@@ -29,6 +29,7 @@ enum class TrackingReason : int32_t {
   kBadImage = 5,        // wrong size or format, or empty; not used
   kNoMap = 6,           // no landmarks yet
   kTimeReversed = 7,    // the image is not newer than the one before; not used
+  kPlaceUnknown = 8,    // not found yet in the map that is there
 };
 
 struct FramePose {

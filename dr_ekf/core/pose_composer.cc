@@ -75,10 +75,13 @@ bool PoseComposer::IsBetterThanDeadReckoning(const FramePose& frame) const {
     case TrackingStatus::kTracking:
     case TrackingStatus::kDegraded:
       return true;
-    case TrackingStatus::kDrOnly:
     case TrackingStatus::kRecovering:
-      // Dead reckoning from the same image as ours, or a guess: nothing new. But it tells where W
-      // is when we have no W yet, or when the map has moved under us.
+      // Found again, or doubted: then the covariance takes our claim back. A front-end that only
+      // begins knows less than we do.
+      return frame.reason != TrackingReason::kPlaceUnknown;
+    case TrackingStatus::kDrOnly:
+      // Dead reckoning from the same image as ours: nothing new. But it tells where W is when we
+      // have no W yet, or when the map has moved under us.
       return !has_map_ || frame.map_revision != map_revision_;
     case TrackingStatus::kInvalid:
     case TrackingStatus::kInitializing:

@@ -1,6 +1,7 @@
 // The pose for control: T_WB = T_WO * T_OB at DR rate. Vision corrects it only through T_WO, which
 // is latched anew by every image whose pose vision carries; between images, and for as long as
-// vision is gone, dead reckoning carries on from the last one.
+// vision is gone, dead reckoning carries on from the last one. An image that puts the place in
+// doubt is latched too: its covariance says that the pose may be anywhere.
 //
 // Covariance: that of the latched image pose, moved along, plus the growth of dead reckoning since
 // that image (white and coherent parts, see DrState).

@@ -61,9 +61,8 @@ TEST(PoseComposer, LatchesTheFrameAtTheTimeOfItsImage) {
 }
 
 TEST(PoseComposer, IgnoresFramesThatVisionDoesNotCarry) {
-  for (const TrackingStatus status :
-       {TrackingStatus::kInvalid, TrackingStatus::kInitializing, TrackingStatus::kLost,
-        TrackingStatus::kDrOnly, TrackingStatus::kRecovering}) {
+  for (const TrackingStatus status : {TrackingStatus::kInvalid, TrackingStatus::kInitializing,
+                                      TrackingStatus::kLost, TrackingStatus::kDrOnly}) {
     PoseComposer composer;
     composer.Push(StateAt(0));
     composer.Push(StateAt(100));
@@ -71,6 +70,34 @@ TEST(PoseComposer, IgnoresFramesThatVisionDoesNotCarry) {
     EXPECT_EQ(composer.Push(FrameAt(90, Somewhere(9), status)), LatchResult::kIgnoredStatus);
     EXPECT_EQ(composer.Push(StateAt(110))->frame_pose_seq, 50);
   }
+}
+
+TEST(PoseComposer, TakesItsClaimBackWhenThePlaceIsInDoubt) {
+  PoseComposer composer;
+  for (int ms = 0; ms <= 100; ms += 10) composer.Push(StateAt(ms));
+  composer.Push(FrameAt(50, Somewhere(3)));
+  FramePose doubt = FrameAt(90, Somewhere(3.04), TrackingStatus::kRecovering);
+  doubt.reason = TrackingReason::kPoseJump;
+  doubt.cov_T_WB = Matrix6d::Identity() * 100;
+  EXPECT_EQ(composer.Push(doubt), LatchResult::kLatched);
+  EXPECT_GT(composer.Push(StateAt(110))->cov_T_WB(0, 0), 99);
+  // Found again.
+  EXPECT_EQ(composer.Push(FrameAt(105, Somewhere(9), TrackingStatus::kRecovering)),
+            LatchResult::kLatched);
+  EXPECT_LT(composer.Push(StateAt(120))->cov_T_WB(0, 0), 0.01);
+}
+
+TEST(PoseComposer, KnowsBetterThanAFrontEndThatBegins) {
+  FramePose begins = FrameAt(90, Somewhere(0), TrackingStatus::kRecovering);
+  begins.reason = TrackingReason::kPlaceUnknown;
+  begins.cov_T_WB = Matrix6d::Identity() * 100;
+  PoseComposer composer;
+  for (int ms = 0; ms <= 100; ms += 10) composer.Push(StateAt(ms));
+  EXPECT_EQ(composer.Push(begins), LatchResult::kIgnoredStatus);
+  EXPECT_FALSE(composer.Push(StateAt(110))->has_map);
+  composer.Push(FrameAt(50, Somewhere(3)));
+  EXPECT_EQ(composer.Push(begins), LatchResult::kIgnoredStatus);
+  EXPECT_EQ(composer.Push(StateAt(120))->frame_pose_seq, 50);
 }
 
 TEST(PoseComposer, FollowsAMapThatMovesWhileVisionIsGone) {

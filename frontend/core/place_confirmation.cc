@@ -9,36 +9,51 @@ namespace {
 constexpr double kSmallTranslation = 0.2;  // m
 constexpr double kSmallRotation = 0.2;     // rad
 constexpr DurationUs kInARow = Milliseconds(300);
+// A fall of the inliers to less than this share, and to no more than chance gives, is a break.
+constexpr double kCollapse = 0.25;
+constexpr int kByChance = 30;
 // Two answers agree when dead reckoning leads from one to the other this well: a fixed part for
 // the answers, and one that grows with the way between them.
 constexpr double kAgreeTranslation = 0.15;  // m
 constexpr double kAgreeRotation = 0.06;     // rad
 constexpr double kAgreePerMetre = 0.05;
 
-// Vision broke between two rich images with hardly any motion.
-bool Contradicts(const PlaceEvidence& before, const PlaceEvidence& now) {
-  if (!before.vision || now.vision || !before.placed) return false;
-  if (before.num_inliers < PlaceConfirmation::kWellTracked) return false;
-  if (before.num_detected < PlaceConfirmation::kRich) return false;
-  if (now.num_detected < PlaceConfirmation::kRich) return false;
-  if (now.utime - before.utime > kInARow || !before.T_OC || !now.T_OC) return false;
-  const SE3 motion = before.T_OC->inverse() * *now.T_OC;
+}  // namespace
+
+bool SamePlace(const SE3& error, double way) {
+  return error.translation().norm() < kAgreeTranslation + kAgreePerMetre * way &&
+         LogSO3(error.rotation()).norm() < kAgreeRotation + kAgreePerMetre * way;
+}
+
+bool PlaceConfirmation::Contradicts(const PlaceEvidence& now) const {
+  if (!good_ || !now.placed || now.relocalised || now.num_detected < kRich || !now.T_OC) {
+    return false;
+  }
+  if (now.num_inliers >= kByChance || now.num_inliers >= kCollapse * good_->num_inliers) {
+    return false;
+  }
+  if (now.utime - good_->utime > kInARow) return false;
+  const SE3 motion = good_->T_OC->inverse() * *now.T_OC;
   return motion.translation().norm() < kSmallTranslation &&
          LogSO3(motion.rotation()).norm() < kSmallRotation;
 }
 
-}  // namespace
-
 bool PlaceConfirmation::Observe(const PlaceEvidence& now) {
-  if (before_ && Contradicts(*before_, now)) doubt_since_ = now.utime;
-  if (now.vision) last_vision_ = now.utime;
-  if (now.vision || (doubt_since_ && now.utime - *doubt_since_ > kDoubtAtMost)) {
-    doubt_since_.reset();
+  const bool vision = now.num_inliers > 0;
+  if (Contradicts(now)) {
+    in_doubt_ = true;
+  } else if (vision) {
+    in_doubt_ = false;
+  }
+  if (vision) last_vision_ = now.utime;
+  const bool well_tracked = now.num_inliers >= kWellTracked;
+  on_probation_ = (on_probation_ || now.relocalised) && !well_tracked;
+  if ((well_tracked || (vision && on_probation_)) && now.num_detected >= kRich && now.T_OC) {
+    good_ = now;
   }
   const bool patient = last_vision_ && now.utime - *last_vision_ < kPatience;
-  unsure_ = now.map_there && !now.vision && (!now.placed || in_doubt() || !patient);
+  unsure_ = now.map_there && !vision && (!now.placed || in_doubt() || !patient);
   if (!unsure_) hints_.clear();
-  before_ = now;
   if (!unsure_ || now.num_detected < kRich || !now.T_OC) return false;
   if (last_asked_ && now.utime - *last_asked_ < kAskEvery) return false;
   last_asked_ = now.utime;
@@ -47,10 +62,8 @@ bool PlaceConfirmation::Observe(const PlaceEvidence& now) {
 
 bool PlaceConfirmation::Agree(const Hint& a, const Hint& b) {
   const SE3 by_odometry = a.T_OC.inverse() * b.T_OC;
-  const SE3 error = by_odometry.inverse() * (a.T_WC.inverse() * b.T_WC);
-  const double way = by_odometry.translation().norm();
-  return error.translation().norm() < kAgreeTranslation + kAgreePerMetre * way &&
-         LogSO3(error.rotation()).norm() < kAgreeRotation + kAgreePerMetre * way;
+  return SamePlace(by_odometry.inverse() * (a.T_WC.inverse() * b.T_WC),
+                   by_odometry.translation().norm());
 }
 
 std::optional<PlaceConfirmation::Confirmed> PlaceConfirmation::Take(const PlaceMatch& match,

@@ -2,9 +2,9 @@
 //
 // Unsure, and asking, is a tracker
 //  - that has no pose in a map that is there (start in a saved map);
-//  - whose vision broke from one image to the next, although both are rich and dead reckoning saw
-//    hardly any motion (it was carried away, or something stands before the lens): doubt. Until it
-//    is resolved nothing may be mapped, and the pose may not be claimed;
+//  - whose vision breaks between two rich images, although dead reckoning saw hardly any motion (it
+//    was carried away, or something stands before the lens): doubt. Until vision returns, or a
+//    place is confirmed, nothing may be mapped, and the pose may not be claimed;
 //  - that has been without vision for kPatience, although the images are rich.
 //
 // Answers are hints. They are believed when kAgreeing of them, from different images, say the same
@@ -20,15 +20,19 @@
 
 namespace gw::frontend {
 
+// Whether two poses that dead reckoning says are the same (error between them) are one place; way:
+// m, that lies between them.
+bool SamePlace(const SE3& error, double way = 0);
+
 // What one image told.
 struct PlaceEvidence {
   Utime utime;
   bool placed = false;  // the tracker has a pose in the map
   bool map_there = false;
-  bool vision = false;      // vision carries the pose of this image
-  int num_inliers = 0;      // of it
-  int num_detected = 0;     // features of the image
-  std::optional<SE3> T_OC;  // camera in the odometry frame; empty without dead reckoning
+  int num_inliers = 0;       // of the pose that vision found; 0: vision does not carry the pose
+  bool relocalised = false;  // from a confirmed place
+  int num_detected = 0;      // features of the image
+  std::optional<SE3> T_OC;   // camera in the odometry frame; empty without dead reckoning
 };
 
 class PlaceConfirmation {
@@ -37,17 +41,19 @@ class PlaceConfirmation {
   static constexpr int kWellTracked = 60;                      // inliers before the break
   static constexpr DurationUs kPatience = Milliseconds(1000);  // without vision
   static constexpr DurationUs kAskEvery = Milliseconds(200);
-  static constexpr DurationUs kDoubtAtMost =
-      Milliseconds(15000);  // then dead reckoning is believed
   static constexpr size_t kAgreeing = 3;
   static constexpr DurationUs kMemory =
       Milliseconds(5000);  // answers older than this are forgotten
 
+  // Whether vision breaks here: it was good in the images just before, and this one has nothing of
+  // it, or only so little that chance gives as much.
+  bool Contradicts(const PlaceEvidence& now) const;
+
   // After every image. True: ask the back-end about it.
-  bool Observe(const PlaceEvidence& evidence);
+  bool Observe(const PlaceEvidence& now);
 
   // Vision contradicts the pose: see above.
-  bool in_doubt() const { return doubt_since_.has_value(); }
+  bool in_doubt() const { return in_doubt_; }
 
   // An answer, with the odometry's pose of the camera at its image. What it is told to believe is
   // the pose in the map of the odometry frame: T_WC = T_WO * T_OC. Ignored while the tracker is
@@ -67,10 +73,11 @@ class PlaceConfirmation {
   static bool Agree(const Hint& a, const Hint& b);
 
   bool unsure_ = false;
-  std::optional<Utime> doubt_since_;
+  bool in_doubt_ = false;
+  bool on_probation_ = false;  // relocalised, and not well tracked since
   std::optional<Utime> last_asked_;
   std::optional<Utime> last_vision_;
-  std::optional<PlaceEvidence> before_;
+  std::optional<PlaceEvidence> good_;  // newest rich image whose vision may not break
   std::deque<Hint> hints_;
 };
 

@@ -16,7 +16,6 @@ PlaceEvidence Image(int i, bool vision, int num_detected = 600) {
   e.utime = {i * kPeriodUs};
   e.placed = true;
   e.map_there = true;
-  e.vision = vision;
   e.num_inliers = vision ? 150 : 0;
   e.num_detected = num_detected;
   e.T_OC = Odometry(i);
@@ -76,11 +75,65 @@ TEST(PlaceConfirmation, VisionThatReturnsEndsTheDoubt) {
   EXPECT_FALSE(place.in_doubt());
 }
 
-TEST(PlaceConfirmation, DoubtWithoutAnswersEnds) {
+TEST(PlaceConfirmation, DoubtDoesNotEndByWaiting) {
   PlaceConfirmation place;
-  CarryAway(place, 30 + 440);
-  EXPECT_TRUE(place.in_doubt());  // 14.7 s
-  for (int i = 470; i < 490; ++i) place.Observe(Image(i, false));
+  CarryAway(place, 30 + 1800);  // a minute
+  EXPECT_TRUE(place.in_doubt());
+}
+
+PlaceEvidence Weak(int i, int num_inliers) {
+  PlaceEvidence e = Image(i, true);
+  e.num_inliers = num_inliers;
+  return e;
+}
+
+// Chance gives some inliers in any image.
+TEST(PlaceConfirmation, InliersThatCollapseAreABreak) {
+  PlaceConfirmation place;
+  CarryAway(place, 30);
+  EXPECT_TRUE(place.Contradicts(Weak(30, 18)));
+  EXPECT_FALSE(place.Contradicts(Weak(30, 40)));   // more than chance gives
+  EXPECT_FALSE(place.Contradicts(Weak(130, 18)));  // seconds later: vision may well have faded
+  PlaceEvidence dark = Weak(30, 18);
+  dark.num_detected = 60;
+  EXPECT_FALSE(place.Contradicts(dark));
+  PlaceEvidence turned = Weak(30, 18);
+  turned.T_OC = Odometry(29) * SE3(ExpSO3({0, 0.3, 0}), Eigen::Vector3d::Zero());
+  EXPECT_FALSE(place.Contradicts(turned));
+  EXPECT_FALSE(place.in_doubt()) << "asking does not decide";
+  place.Observe(Image(30, false));
+  EXPECT_TRUE(place.in_doubt());
+}
+
+TEST(PlaceConfirmation, AFewImagesBetweenGoodVisionAndNoneHideNothing) {
+  PlaceConfirmation place;
+  CarryAway(place, 30);
+  for (int i = 30; i < 34; ++i) place.Observe(Weak(i, 40));
+  EXPECT_FALSE(place.in_doubt());
+  place.Observe(Image(34, false));
+  EXPECT_TRUE(place.in_doubt());
+}
+
+// However few inliers a confirmed place was taken with: when they go, so does the claim.
+TEST(PlaceConfirmation, ARelocalisationThatDoesNotHoldIsDoubted) {
+  PlaceConfirmation place;
+  CarryAway(place, 40);
+  PlaceEvidence snap = Weak(40, 35);
+  snap.relocalised = true;
+  place.Observe(snap);
+  EXPECT_FALSE(place.in_doubt());
+  place.Observe(Weak(41, 20));
+  place.Observe(Weak(42, 14));
+  EXPECT_FALSE(place.in_doubt());
+  place.Observe(Image(43, false));
+  EXPECT_TRUE(place.in_doubt());
+  // Once it was well tracked it is a place like any other, where weak vision may fade.
+  snap.utime = {50 * kPeriodUs};
+  snap.T_OC = Odometry(50);
+  place.Observe(snap);
+  for (int i = 51; i < 61; ++i) place.Observe(Weak(i, 100));
+  for (int i = 61; i < 75; ++i) place.Observe(Weak(i, 35));
+  place.Observe(Image(75, false));
   EXPECT_FALSE(place.in_doubt());
 }
 
@@ -90,7 +143,7 @@ TEST(PlaceConfirmation, WithoutVisionForASecondItAsks) {
   for (int i = 0; i < 100; ++i) {
     // Vision fades: no sudden break.
     PlaceEvidence e = Image(i, i < 30);
-    if (i >= 25) e.num_inliers = 20;
+    if (i >= 5 && i < 30) e.num_inliers = 40;
     if (place.Observe(e) && first < 0) first = i;
   }
   EXPECT_FALSE(place.in_doubt());

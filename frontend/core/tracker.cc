@@ -1,7 +1,5 @@
 #include "frontend/core/tracker.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -12,35 +10,20 @@
 #include "frontend/core/place_confirmation.h"
 #include "frontend/core/pose_finder.h"
 #include "frontend/core/pose_uncertainty.h"
+#include "frontend/core/recovery.h"
 #include "frontend/core/rolling_shutter.h"
 
 namespace gw::frontend {
 namespace {
 
 constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
-// After a blind span, at a place that DR thinks possible: so many inliers are believed at once,
-// fewer when the next image says the same. Elsewhere DR must be wrong (pushed, carried, slipped):
-// that takes so many inliers in so many images in a row.
-constexpr int kConvincingInliers = 60;
-constexpr int kContradictingImages = 5;
-constexpr double kChi2Six = 16.81;  // 99 % quantile of chi-square with 6 degrees of freedom
 // A correction larger than this is announced (status RECOVERING).
 constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
 // DR counts noticeably from this share of the pose's information.
 constexpr double kNoticeableShare = 0.2;
-
-// The pose may be anywhere in the map: what is published until a place is confirmed.
-Matrix6d CovarianceOfNoIdea() {
-  Vector6d variance;
-  variance << Eigen::Vector3d::Constant(100), Eigen::Vector3d::Constant(1);  // (10 m)^2, (1 rad)^2
-  return variance.asDiagonal();
-}
-
-double MahalanobisSquared(const SE3& T_expected, const SE3& T_found, const Matrix6d& cov) {
-  const Vector6d d = (T_expected.inverse() * T_found).Log();
-  return d.dot(Eigen::LDLT<Matrix6d>(cov).solve(d));
-}
+// A POSE that is less sure than this does not know where it is itself.
+constexpr double kHintSigma = 1.0;  // m
 
 }  // namespace
 
@@ -65,17 +48,13 @@ class Tracker::Impl {
   bool has_map() const { return map_known_; }
 
  private:
-  // A pose that vision found after a blind span and that waits for the next image to agree.
-  struct Sighting {
-    SE3 T_WC;
-    Matrix6d cov;
-    int images = 1;  // in a row that agree
-  };
-
   bool VisionBroken() const { return !placed_ || utime_ != last_vision_; }
+  bool map_there() const { return map_known_ && !map_.empty(); }
   FoundPose Find(const SE3& T_WC_predicted, const Motion& motion, Utime utime);
-  bool Believable(const FoundPose& found, const SE3& T_WC_predicted, const Motion& motion,
-                  TrackingReason* reason);
+  FoundPose FindAnywhere(Utime utime);
+  bool TakePlace(const Motion& motion, FoundPose* found);
+  bool Believable(const FoundPose& found, const Motion& motion, const SE3& T_ab, bool hinted);
+  PlaceEvidence Evidence(const FramePose& report, int num_inliers) const;
   void Accept(const FoundPose& found, const FeatureFrame& frame, const Motion& motion,
               const SE3& T_WC_predicted, FramePose* report);
   bool WantsKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
@@ -83,8 +62,8 @@ class Tracker::Impl {
   Keyframe MakeKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                         const FramePose& report);
   void FillPose(FramePose* report) const;
-  void SnapToPlace();
-  void ConsiderPlace(const FeatureFrame& frame, bool vision, bool hinted, TrackerOutput* out);
+  void ConsiderPlace(const FeatureFrame& frame, const PlaceEvidence& evidence, bool hinted,
+                     TrackerOutput* out);
 
   FrontendConfig config_;
   RectifiedCamera camera_;
@@ -103,11 +82,12 @@ class Tracker::Impl {
   PoseUncertainty uncertainty_;  // of T_WC_
   Utime last_vision_;            // the last image whose pose came from vision
   int unmatched_images_ = 0;     // in a row with features, but without a pose from vision
-  std::optional<Sighting> sighting_;
+  Recovery recovery_;
   std::vector<TrackedPoint> tracked_;
   std::optional<Pose> hint_;
   PlaceConfirmation place_;
   std::optional<PlaceConfirmation::Confirmed> confirmed_;  // to be tracked from at the next image
+  bool claims_place_ = false;  // the newest image's pose; false: it may be anywhere
 
   KeyframeId reference_;      // keyframe the pose is expressed in
   KeyframeId last_keyframe_;  // newest of our own
@@ -135,29 +115,70 @@ FoundPose Tracker::Impl::Find(const SE3& T_WC_predicted, const Motion& motion, U
         prediction.vision_broken ? prediction.search_cov : motion.noise.Covariance();
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
-  if (!found.found && (!motion.from_dr || !placed_)) {
+  if (!found.found && !motion.from_dr) {
     FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(utime.us), &map_);
     if (again.found) return again;
   }
   return found;
 }
 
-// After a blind span few matches can agree by chance. Call after uncertainty_ was predicted.
-bool Tracker::Impl::Believable(const FoundPose& found, const SE3& T_WC_predicted,
-                               const Motion& motion, TrackingReason* reason) {
-  const SE3& T_WC = found.estimate.T_WC;
+// Where this tracker has no place yet. With dead reckoning, answers of the back-end are compared;
+// a look-alike near the origin of W would pass for the place here.
+FoundPose Tracker::Impl::FindAnywhere(Utime utime) {
+  FoundPose found;
+  if (!motion_.OdometryPose(utime)) {
+    found = finder_.FindAgain(T_WC_, static_cast<uint64_t>(utime.us), &map_);
+  }
+  if (!found.found) found.reason = TrackingReason::kPlaceUnknown;
+  return found;
+}
+
+// Tracks the image from the confirmed place, which is taken over when the image is seen there. Call
+// after uncertainty_ was predicted.
+bool Tracker::Impl::TakePlace(const Motion& motion, FoundPose* found) {
+  const auto T_OC = motion_.OdometryPose(utime_);
+  if (!T_OC) return false;
+  const SE3 T_WC = confirmed_->T_WO * *T_OC;  // of the last image
+  const SE3 T_WC_predicted = T_WC * motion.T_ab;
+  PoseUncertainty uncertainty;
+  uncertainty.Reset(confirmed_->cov_T_WC);
+  uncertainty.Predict(motion.T_ab, motion.noise);
+  PosePrediction prediction;
+  prediction.T_WC = T_WC_predicted;
+  prediction.search_cov = uncertainty.cov() + motion.weight_cov;
+  prediction.has_prior = motion.from_dr;
+  prediction.weight_cov = prediction.honest_cov = prediction.search_cov;
+  prediction.vision_broken = true;
+  *found = finder_.Follow(prediction, {}, {}, &map_);
+  if (!found->found) return false;
+  const PoseEstimate& e = found->estimate;
+  if (!SamePlace(T_WC_predicted.inverse() * e.T_WC)) return false;
+  // Dead reckoning does not lead from the last keyframe to here.
+  const bool carried = place_.in_doubt() || !PosesAgree(T_WC_ * motion.T_ab, e.T_WC,
+                                                        uncertainty_.cov() + motion.weight_cov +
+                                                            VisionCovariance(e.vision_information));
+  if (carried) last_keyframe_ = {};
+  T_WC_ = T_WC;
+  uncertainty_ = uncertainty;
+  placed_ = true;
+  return true;
+}
+
+// Of a pose that vision finds after it was broken. T_ab: motion since the last image. Call after
+// uncertainty_ was predicted.
+bool Tracker::Impl::Believable(const FoundPose& found, const Motion& motion, const SE3& T_ab,
+                               bool hinted) {
   const Matrix6d cov = VisionCovariance(found.estimate.vision_information);
-  const Matrix6d motion_cov = motion.weight_cov + cov;
-  const bool many = found.estimate.num_inliers >= kConvincingInliers;
-  const bool expected =
-      MahalanobisSquared(T_WC_predicted, T_WC, uncertainty_.cov() + motion_cov) <= kChi2Six;
-  const bool again = sighting_ && MahalanobisSquared(sighting_->T_WC * motion.T_ab, T_WC,
-                                                     sighting_->cov + motion_cov) <= kChi2Six;
-  const int images = again ? sighting_->images + 1 : 1;
-  sighting_ = Sighting{T_WC, cov, images};
-  if (expected) return many || again;
-  *reason = TrackingReason::kPoseJump;
-  return many && images >= kContradictingImages;
+  std::optional<Recovery::Expectation> expected;
+  if (placed_ || hinted) {
+    expected = Recovery::Expectation{T_WC_ * motion.T_ab, uncertainty_.cov() + motion.weight_cov,
+                                     place_.in_doubt()};
+  }
+  const Recovery::Verdict verdict = recovery_.Judge(
+      {found.estimate.T_WC, cov, found.estimate.num_inliers, T_ab, motion.weight_cov}, expected);
+  // Dead reckoning does not lead from the last keyframe to here.
+  if (verdict == Recovery::Verdict::kElsewhere) last_keyframe_ = {};
+  return verdict != Recovery::Verdict::kWait;
 }
 
 // Takes over the pose of an image that vision carries.
@@ -189,7 +210,7 @@ void Tracker::Impl::Accept(const FoundPose& found, const FeatureFrame& frame, co
     if (!found.landmarks[i].valid()) continue;
     tracked_.push_back({found.landmarks[i], frame.descriptors[i], frame.features[i].level});
   }
-  sighting_.reset();
+  recovery_.Reset();
   placed_ = true;
 }
 
@@ -255,7 +276,8 @@ Keyframe Tracker::Impl::MakeKeyframe(Utime utime, const FeatureFrame& frame, con
 void Tracker::Impl::FillPose(FramePose* report) const {
   report->T_WB = T_WC_ * camera_.T_BC.inverse();
   const Matrix6d adj = camera_.T_BC.Adjoint();
-  report->cov_T_WB = adj * uncertainty_.cov() * adj.transpose();
+  const Matrix6d cov = claims_place_ ? uncertainty_.cov() : CovarianceOfNoIdea();
+  report->cov_T_WB = adj * cov * adj.transpose();
   report->map_revision = map_.revision();
   report->reference_keyframe = reference_;
   const auto T_WK = map_.KeyframePose(reference_);
@@ -289,8 +311,6 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     return out;
   }
 
-  const bool snapped = confirmed_.has_value();
-  if (snapped) SnapToPlace();
   Motion motion;
   if (has_image_) {
     motion = motion_.Between(utime_, utime);
@@ -299,6 +319,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     T_WC_ = motion_.FirstPose(utime);
     uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
   }
+  const SE3 T_ab = motion.T_ab;
   const bool hinted = !placed_ && hint_ && !map_.empty();
   if (hinted) {
     // From where POSE of the DR process says that the body was, in place of the last image's pose.
@@ -307,37 +328,46 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     const Matrix6d to_camera = camera_.T_BC.inverse().Adjoint();
     uncertainty_.Reset(to_camera * hint_->cov_T_WB * to_camera.transpose());
   }
-  const SE3 T_WC_before = T_WC_;
-  const SE3 T_WC_predicted = T_WC_ * motion.T_ab;
 
   FeatureFrame corrected;
   const FeatureFrame* frame = &seen;
   if (camera_.readout_s > 0 && has_image_) {
     corrected = seen;
     UndoRollingShutter(camera_, camera_.readout_s,
-                       motion.T_ab.Log().tail<3>() / (utime - utime_).seconds(),
-                       &corrected.features);
+                       T_ab.Log().tail<3>() / (utime - utime_).seconds(), &corrected.features);
     frame = &corrected;
   }
 
   FoundPose found;
   report.reason = image_problem;
-  bool vision = false;
+  bool snapped = false;
   if (image_problem == TrackingReason::kNone) {
     report.reason = TrackingReason::kNoMap;
-    if (map_known_ && !map_.empty()) {
+    if (map_there()) {
       finder_.SetImage(frame);
-      found = Find(T_WC_predicted, motion, utime);
+      snapped = confirmed_ && TakePlace(motion, &found);
+      confirmed_.reset();
+      if (!snapped) {
+        found = placed_ || hinted ? Find(T_WC_ * motion.T_ab, motion, utime) : FindAnywhere(utime);
+      }
       report.num_tracked = found.num_tracked;
       report.q = found.q;
       report.alpha = motion.from_dr ? found.scale.rotation : 0;
       report.reason = found.reason;
-      vision = found.found;
     }
   }
-  const bool unconfirmed = vision && placed_ && motion.from_dr && VisionBroken() &&
-                           !Believable(found, T_WC_predicted, motion, &report.reason);
-  vision = vision && !unconfirmed;
+  const SE3 T_WC_before = T_WC_;
+  const SE3 T_WC_predicted = T_WC_ * motion.T_ab;
+  bool vision = found.found;
+  if (vision && !snapped) {
+    // What vision finds after it was broken has to be believed; without dead reckoning there is
+    // nothing to hold against it, but that the place is in doubt or not known.
+    const bool judged = VisionBroken() && (motion.from_dr || !placed_ || place_.in_doubt());
+    vision = judged ? Believable(found, motion, T_ab, hinted)
+                    : !place_.Contradicts(Evidence(report, found.estimate.num_inliers));
+    if (!vision) report.reason = TrackingReason::kPoseJump;
+  }
+  const bool unconfirmed = found.found && !vision;
 
   if (vision) {
     const bool in_a_row = !VisionBroken();
@@ -348,17 +378,19 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     }
     last_vision_ = utime;
   } else {
-    if (!unconfirmed) sighting_.reset();
+    if (!unconfirmed) recovery_.Reset();
     T_WC_ = T_WC_predicted;
     motion_.ObserveNothing();
     report.dr_share = motion.from_dr ? 1.0 : 0.0;
     report.status = unconfirmed      ? TrackingStatus::kRecovering
                     : motion.from_dr ? TrackingStatus::kDrOnly
                                      : TrackingStatus::kLost;
-    if (!map_known_ || map_.empty()) report.status = TrackingStatus::kInitializing;
+    if (!map_there()) report.status = TrackingStatus::kInitializing;
   }
   if (snapped) report.status = TrackingStatus::kRecovering;
-  ConsiderPlace(*frame, vision, hinted, &out);
+  PlaceEvidence evidence = Evidence(report, vision ? report.num_inliers : 0);
+  evidence.relocalised = snapped;
+  ConsiderPlace(*frame, evidence, hinted, &out);
   if (has_image_) T_CkeyC_ = T_CkeyC_ * (T_WC_before.inverse() * T_WC_);
   ++images_since_keyframe_;
   const bool unmatched = !vision && report.num_detected >= config_.keyframe_min_close;
@@ -392,41 +424,32 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   return out;
 }
 
-// The pose of the last image becomes the one that the confirmed place says.
-void Tracker::Impl::SnapToPlace() {
-  if (const auto T_OC = motion_.OdometryPose(utime_)) {
-    T_WC_ = confirmed_->T_WO * *T_OC;
-    uncertainty_.Reset(confirmed_->cov_T_WC);
-    tracked_.clear();
-    placed_ = true;
-    // Carried away: dead reckoning does not lead from the last keyframe to here.
-    if (place_.in_doubt()) last_keyframe_ = {};
-  }
-  confirmed_.reset();
+// What an image tells of the place; num_inliers: of the pose from vision, 0 when it has none.
+PlaceEvidence Tracker::Impl::Evidence(const FramePose& report, int num_inliers) const {
+  PlaceEvidence e;
+  e.utime = report.utime;
+  e.placed = placed_;
+  e.map_there = map_there();
+  e.num_inliers = num_inliers;
+  e.num_detected = report.num_detected;
+  e.T_OC = motion_.OdometryPose(report.utime);
+  return e;
 }
 
 // Doubt and questions about where this image was taken. Call when its pose is decided, before a
 // keyframe is made of it.
-void Tracker::Impl::ConsiderPlace(const FeatureFrame& frame, bool vision, bool hinted,
-                                  TrackerOutput* out) {
-  PlaceEvidence evidence;
-  evidence.utime = out->pose.utime;
-  evidence.placed = placed_;
-  evidence.map_there = map_known_ && !map_.empty();
-  evidence.vision = vision;
-  evidence.num_inliers = out->pose.num_inliers;
-  evidence.num_detected = out->pose.num_detected;
-  evidence.T_OC = motion_.OdometryPose(out->pose.utime);
+void Tracker::Impl::ConsiderPlace(const FeatureFrame& frame, const PlaceEvidence& evidence,
+                                  bool hinted, TrackerOutput* out) {
+  FramePose& report = out->pose;
   if (place_.Observe(evidence)) {
-    out->query = PlaceQuery{out->pose.utime, 0, frame.features, frame.descriptors};
+    out->query = PlaceQuery{report.utime, 0, frame.features, frame.descriptors};
   }
-  if (place_.in_doubt()) {
-    out->pose.status = TrackingStatus::kRecovering;
-    out->pose.reason = TrackingReason::kPoseJump;
-  }
-  if (place_.in_doubt() || (!placed_ && evidence.map_there && !hinted)) {
-    uncertainty_.Reset(CovarianceOfNoIdea());
-  }
+  // An empty map begins where this tracker is.
+  const bool known = placed_ || hinted || (map_known_ && map_.empty());
+  claims_place_ = known && !place_.in_doubt();
+  if (claims_place_ || !evidence.map_there) return;
+  report.status = TrackingStatus::kRecovering;
+  report.reason = known ? TrackingReason::kPoseJump : TrackingReason::kPlaceUnknown;
 }
 
 bool Tracker::Impl::Push(const MapUpdate& update) {
@@ -465,7 +488,8 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
 }
 
 void Tracker::Impl::Push(const Pose& pose) {
-  if (!placed_ && pose.has_map) hint_ = pose;
+  const double variance = pose.cov_T_WB.diagonal().head<3>().maxCoeff();
+  if (!placed_ && pose.has_map && variance < kHintSigma * kHintSigma) hint_ = pose;
 }
 
 void Tracker::Impl::Push(const PlaceMatch& match) {

@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include "common/core/random.h"
+#include "frontend/core/recovery.h"
 
 namespace gw::frontend {
 namespace {
@@ -196,6 +198,152 @@ TEST(Tracker, HealthyVisionIgnoresBadDeadReckoning) {
   EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.005);
 }
 
+PlaceMatch Answer(const PlaceQuery& query, const SE3& T_WC) {
+  PlaceMatch match;
+  match.utime = query.utime;
+  match.query_seq = query.seq;
+  match.found = true;
+  match.T_WC = T_WC;
+  match.cov_T_WC = Matrix6d::Identity() * 1e-4;
+  match.num_sights = 100;
+  match.map_revision = 1;
+  match.keyframe = {1};
+  return match;
+}
+
+// The map that a drive has made, as its back-end would send it: the landmarks where the keyframes
+// placed them.
+MapUpdate Saved(const World& world, const std::vector<Keyframe>& keyframes) {
+  MapUpdate map;
+  map.snapshot = true;
+  map.revision = 1;
+  std::map<LandmarkId, LandmarkUpdate> landmarks;
+  for (const Keyframe& k : keyframes) {
+    map.newest_keyframe = k.id;
+    map.keyframes.push_back({k.id, k.utime, k.T_WC});
+    for (size_t i = 0; i < k.features.size(); ++i) {
+      if (!k.landmarks[i].valid()) continue;
+      LandmarkUpdate& l = landmarks[k.landmarks[i]];
+      l.observations.push_back({k.id, static_cast<int32_t>(i)});
+      if (l.id.valid()) continue;
+      const Feature& f = k.features[i];
+      const Eigen::Vector3d p_C = world.geometry().rectified.Unproject(f.u, f.v, f.depth);
+      l.id = k.landmarks[i];
+      l.p_W = k.T_WC * p_C;
+      l.normal_W = k.T_WC.rotation() * p_C.normalized();
+      l.max_distance = static_cast<float>(p_C.norm());  // all features are of level 0
+      l.min_distance = l.max_distance / 3.6F;
+      l.descriptor = k.descriptors[i];
+    }
+  }
+  for (const auto& [id, landmark] : landmarks) map.landmarks.push_back(landmark);
+  return map;
+}
+
+bool ClaimsAPlace(const FramePose& pose) {
+  return pose.cov_T_WB.diagonal().head<3>().sum() < 1.0;
+}
+
+// A start in the map of a first round. The views near the origin of W are exactly those that the
+// robot sees now, but nobody has told it that it is there: another room may look the same.
+class StartInASavedMap : public testing::Test {
+ protected:
+  StartInASavedMap() : map_(Saved(world_, Drive(Variant::kFull, 400, 0, 0, 1.0).keyframes)) {}
+
+  TrackerOutput See(Tracker& tracker, int i) {
+    if (has_dr_) {
+      DrState state;
+      state.utime = {i * kFrameUs};
+      state.seq = i + 1;
+      state.T_OB = TruePose(i * kFrameUs * 1e-6);
+      EXPECT_TRUE(tracker.Push(state));
+    }
+    return tracker.Track({i * kFrameUs}, i + 1,
+                         world_.See(TruePose(i * kFrameUs * 1e-6), 1000 + i, false));
+  }
+
+  static Tracker Make(const World& world, Variant variant) {
+    FrontendConfig config;
+    config.variant = variant;
+    return *Tracker::Create(config, world.geometry());
+  }
+
+  const World world_;
+  const MapUpdate map_;
+  bool has_dr_ = true;
+};
+
+TEST_F(StartInASavedMap, ClaimsNothingUntilThreeAnswersAgree) {
+  Tracker tracker = Make(world_, Variant::kFull);
+  // Whether there is a map is not known either.
+  EXPECT_FALSE(ClaimsAPlace(See(tracker, 0).pose));
+  EXPECT_TRUE(tracker.Push(map_));
+  std::vector<PlaceQuery> asked;
+  int i = 1;
+  for (; asked.size() < 3; ++i) {
+    ASSERT_LT(i, 60);
+    const TrackerOutput out = See(tracker, i);
+    EXPECT_FALSE(ClaimsAPlace(out.pose)) << i;
+    EXPECT_EQ(out.pose.status, TrackingStatus::kRecovering);
+    EXPECT_EQ(out.pose.reason, TrackingReason::kPlaceUnknown);
+    EXPECT_FALSE(out.keyframe) << i;
+    if (out.query) asked.push_back(*out.query);
+  }
+  for (const PlaceQuery& query : asked) {
+    tracker.Push(Answer(query, TruePose(query.utime.seconds()) * world_.geometry().rectified.T_BC));
+  }
+  for (; i < 60; ++i) {
+    const TrackerOutput out = See(tracker, i);
+    EXPECT_TRUE(ClaimsAPlace(out.pose)) << i;
+    EXPECT_GT(out.pose.num_inliers, 100) << i;
+    const SE3 error = TruePose(i * kFrameUs * 1e-6).inverse() * out.pose.T_WB;
+    EXPECT_LT(error.translation().norm(), 0.05) << i;
+    EXPECT_EQ(out.pose.reason, TrackingReason::kNone) << i;
+  }
+}
+
+// Three answers that agree, but the image does not look like that.
+TEST_F(StartInASavedMap, AConfirmedPlaceThatIsNotSeenIsNotClaimed) {
+  Tracker tracker = Make(world_, Variant::kFull);
+  EXPECT_TRUE(tracker.Push(map_));
+  const SE3 wrong(ExpSO3({0, 0, 2.0}), {0.5, 0.5, 0});
+  for (int i = 0; i < 60; ++i) {
+    const TrackerOutput out = See(tracker, i);
+    EXPECT_FALSE(ClaimsAPlace(out.pose)) << i;
+    if (!out.query) continue;
+    tracker.Push(Answer(*out.query, wrong * TruePose(out.query->utime.seconds()) *
+                                        world_.geometry().rectified.T_BC));
+  }
+}
+
+TEST_F(StartInASavedMap, WithoutDeadReckoningSeveralImagesHaveToAgree) {
+  has_dr_ = false;
+  Tracker tracker = Make(world_, Variant::kNone);
+  EXPECT_TRUE(tracker.Push(map_));
+  for (int i = 0; i < 30; ++i) {
+    EXPECT_EQ(ClaimsAPlace(See(tracker, i).pose), i + 1 >= Recovery::kContradictingImages) << i;
+  }
+}
+
+TEST_F(StartInASavedMap, APoseOfTheDrProcessIsAPlaceToStartFrom) {
+  Pose pose;
+  pose.has_map = true;
+  pose.cov_T_WB = Matrix6d::Identity() * 1e-4;
+  Tracker tracker = Make(world_, Variant::kFull);
+  EXPECT_TRUE(tracker.Push(map_));
+  tracker.Push(pose);
+  EXPECT_TRUE(ClaimsAPlace(See(tracker, 0).pose));
+  EXPECT_GT(See(tracker, 1).pose.num_inliers, 100);
+
+  // ... but not one that does not know its place itself.
+  pose.cov_T_WB = CovarianceOfNoIdea();
+  Tracker other = Make(world_, Variant::kFull);
+  EXPECT_TRUE(other.Push(map_));
+  other.Push(pose);
+  EXPECT_FALSE(ClaimsAPlace(See(other, 0).pose));
+  EXPECT_EQ(See(other, 1).pose.reason, TrackingReason::kPlaceUnknown);
+}
+
 // After one round of the circle the robot is set down on its other side; dead reckoning does not
 // notice. A back-end that knows the place answers each question before the next image.
 TEST(Tracker, CarriedAwayItClaimsNothingAsksAndFollowsTheAnswers) {
@@ -227,15 +375,7 @@ TEST(Tracker, CarriedAwayItClaimsNothingAsksAndFollowsTheAnswers) {
     answer.reset();
     if (out.query) {
       EXPECT_GE(i, kCarried);
-      answer = PlaceMatch{out.query->utime,
-                          1,
-                          out.query->seq,
-                          true,
-                          T_WB * world.geometry().rectified.T_BC,
-                          Matrix6d::Identity() * 1e-4,
-                          100,
-                          1,
-                          {1}};
+      answer = Answer(*out.query, T_WB * world.geometry().rectified.T_BC);
     }
     if (i < kCarried) continue;
     if ((out.pose.T_WB.translation() - T_WB.translation()).norm() > 0.5) {

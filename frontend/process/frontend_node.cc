@@ -120,6 +120,10 @@ bool FrontendNode::Step(process::Shell& shell) {
   } else if (status_ == TrackingStatus::kLost) {
     shell.health().SetState(kDegraded,
                             "neither vision nor dead reckoning: check lens, light and gw-dr-ekf");
+  } else if (status_ == TrackingStatus::kRecovering) {
+    shell.health().SetState(kDegraded,
+                            "where in the map is not known: drive to where it was made, or begin "
+                            "a new map");
   } else if (status_ == TrackingStatus::kDrOnly) {
     shell.health().SetState(
         kDegraded, "vision sees nothing, dead reckoning carries the pose: check lens and light");

@@ -75,7 +75,7 @@ class RandomMessages {
     m.T_WB = Pose();
     m.cov_T_WB = Covariance();
     m.status = static_cast<TrackingStatus>(Count(7));
-    m.reason = static_cast<TrackingReason>(Count(8));
+    m.reason = static_cast<TrackingReason>(Count(9));
     m.num_detected = Count();
     m.num_tracked = Count();
     m.num_inliers = Count();

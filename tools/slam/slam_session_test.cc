@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -283,6 +284,25 @@ std::string WriteLog(const std::vector<Event>& events, const std::string& name) 
   return path;
 }
 
+// A start in a map that is there: until the place is confirmed the images claim none, then all are
+// tracked. Three answers, one every 0.2 s; this wall of noise looks different enough from one image
+// to the next that some are not given.
+void ExpectFoundSoon(const FramePose* begin, const FramePose* end) {
+  const FramePose* found = std::find_if(
+      begin, end, [](const FramePose& f) { return f.reason != TrackingReason::kPlaceUnknown; });
+  EXPECT_GT(found - begin, 10);
+  EXPECT_LT(found - begin, 45);
+  for (const FramePose* f = begin; f != found; ++f) {
+    EXPECT_EQ(f->status, TrackingStatus::kRecovering);
+    EXPECT_GT(f->cov_T_WB(0, 0), 1);
+  }
+  ASSERT_NE(found, end);
+  EXPECT_EQ(found->status, TrackingStatus::kRecovering) << "the place that snaps in is announced";
+  for (const FramePose* f = found + 1; f != end; ++f) {
+    EXPECT_EQ(f->status, TrackingStatus::kTracking) << f - begin;
+  }
+}
+
 TEST(SlamSession, LaterLapsAreFoundInTheMapOfTheFirst) {
   constexpr int kImages = 60;
   SlamSession session = *SlamSession::Create(Robot());
@@ -295,8 +315,11 @@ TEST(SlamSession, LaterLapsAreFoundInTheMapOfTheFirst) {
     const Lap& lap = run->laps[n / kImages];
     const SE3 truth = TruePose(0).inverse() * TruePose(static_cast<int>(n % kImages));
     EXPECT_EQ((f.utime - lap.shift).us, static_cast<int64_t>(n % kImages) * kPeriodUs);
-    EXPECT_EQ(f.status, TrackingStatus::kTracking) << n;
     EXPECT_LT((f.T_WB.translation() - truth.translation()).norm(), 0.02) << n;
+  }
+  for (int lap = 1; lap < 3; ++lap) {
+    const FramePose* begin = session.frames().data() + kImages * lap;
+    ExpectFoundSoon(begin, begin + kImages);
   }
   // The way was known: the map hardly grows.
   EXPECT_GT(run->laps[0].keyframes_inserted, 2);
@@ -337,7 +360,7 @@ TEST(SlamSession, LocalizeOnlyUsesTheMapAndNeverChangesIt) {
   EXPECT_EQ(second.mapper().map().Hash(), before);
   EXPECT_EQ(second.mapper().counters().keyframes_inserted, 0);
   EXPECT_LT(WorstError(second), 0.02);
-  for (const FramePose& f : second.frames()) EXPECT_EQ(f.status, TrackingStatus::kTracking);
+  ExpectFoundSoon(second.frames().data(), second.frames().data() + second.frames().size());
 }
 
 TEST(SlamSession, OutputThatCannotBeWrittenIsAnErrorThatNamesThePath) {

@@ -42,6 +42,13 @@ double Median(std::vector<double> values) {
   return eval::Summarise(std::move(values)).median;
 }
 
+double Quantile(std::vector<double> values, double q) {
+  const auto at =
+      values.begin() + static_cast<ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 Measures Measure(const SlamRun& run, const eval::Trajectory& truth, eval::Alignment alignment) {
   Measures out;
   out.images = static_cast<int64_t>(run.frames.size());
@@ -64,8 +71,7 @@ Measures Measure(const SlamRun& run, const eval::Trajectory& truth, eval::Alignm
   out.jumps = MeasureJumps(run);
   out.consistency = MeasureConsistency(run, truth);
   if (!ms.empty()) {
-    std::sort(ms.begin(), ms.end());
-    out.ms_p99 = ms[static_cast<size_t>(0.99 * static_cast<double>(ms.size() - 1))];
+    out.ms_p99 = Quantile(ms, 0.99);
     out.ms_median = Median(std::move(ms));
   }
   return out;

@@ -39,5 +39,8 @@ Measures Measure(const SlamRun& run, const eval::Trajectory& truth, eval::Alignm
 
 // Of at least one value; between the middle two of an even count.
 double Median(std::vector<double> values);
+// The value that a share q of them does not exceed (0 to 1; nearest rank from below). Of at least
+// one value.
+double Quantile(std::vector<double> values, double q);
 
 }  // namespace gw::measure

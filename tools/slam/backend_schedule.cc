@@ -14,7 +14,11 @@ void BackendSchedule::StartJob(Utime now) {
     loop_.reset();
   } else if (dirty_) {
     dirty_ = false;
-    if (const auto job = mapper_.BuildJob()) local_ = backend::SolveLocalBa(*job);
+    if (const auto job = mapper_.BuildJob()) {
+      const int64_t begin_us = now_us_ ? now_us_() : 0;
+      local_ = backend::SolveLocalBa(*job);
+      if (now_us_) local_ba_times_.push_back({now, now_us_() - begin_us});
+    }
   }
   ends_ = now + latency_;
 }

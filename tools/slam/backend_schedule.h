@@ -9,6 +9,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -16,6 +17,12 @@
 #include "backend/core/mapper.h"
 
 namespace gw::tools {
+
+// How long the machine took for something that began at a time of the log.
+struct MeasuredTime {
+  Utime utime;
+  int64_t us = 0;
+};
 
 class BackendSchedule {
  public:
@@ -31,7 +38,12 @@ class BackendSchedule {
   // Lets everything that is still running end.
   std::vector<MapUpdate> Finish();
 
+  // From now on notes how long each local BA takes to solve; now_us: a monotonic clock. It has no
+  // influence.
+  void MeasureLocalBa(std::function<int64_t()> now_us) { now_us_ = std::move(now_us); }
+
   const backend::Mapper& mapper() const { return mapper_; }
+  const std::vector<MeasuredTime>& local_ba_times() const { return local_ba_times_; }
 
  private:
   void StartJob(Utime now);
@@ -54,6 +66,9 @@ class BackendSchedule {
   // The second worker.
   std::optional<backend::LocalBaResult> global_;
   Utime global_ends_;
+
+  std::function<int64_t()> now_us_;
+  std::vector<MeasuredTime> local_ba_times_;
 };
 
 }  // namespace gw::tools

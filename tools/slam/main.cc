@@ -125,7 +125,7 @@ int Run(const Arguments& arguments) {
                 arguments.localize_only ? backend::MapUse::kFrozen : backend::MapUse::kGrow});
   if (!session) return Fail(session.error());
 
-  if (!arguments.timing.empty()) session->MeasureTracking(SteadyMicroseconds);
+  if (!arguments.timing.empty()) session->MeasureTimes(SteadyMicroseconds);
   Stopwatch stopwatch;
   auto laps = RunLaps(arguments.log, arguments.laps, {.seed = arguments.seed, .span = {}},
                       &*session, [&](const process::LogEvent& event, double done) {

@@ -49,8 +49,12 @@ class SlamSession {
   // After the last event: lets the back-end finish.
   void Finish();
 
-  // From now on notes how long the front-end takes for each image; now_us: a monotonic clock.
-  void MeasureTracking(std::function<int64_t()> now_us) { now_us_ = std::move(now_us); }
+  // From now on notes how long the front-end takes for each image, and each local BA; now_us: a
+  // monotonic clock.
+  void MeasureTimes(const std::function<int64_t()>& now_us) {
+    now_us_ = now_us;
+    backend_.MeasureLocalBa(now_us);
+  }
 
   // Every image's pose, as it was published.
   const std::vector<FramePose>& frames() const { return frames_; }
@@ -63,8 +67,9 @@ class SlamSession {
   // perturbation, body), as far as known when the image came.
   static constexpr DurationUs kDrCovarianceSpan = Milliseconds(1000);
   const std::vector<std::optional<Matrix6d>>& dr_covariances() const { return dr_covariances_; }
-  // Per image, us; empty without MeasureTracking().
+  // Per image, us; empty without MeasureTimes().
   const std::vector<int64_t>& tracking_us() const { return tracking_us_; }
+  const std::vector<MeasuredTime>& local_ba_times() const { return backend_.local_ba_times(); }
   const backend::Mapper& mapper() const { return backend_.mapper(); }
   // Newest keyframe of the map that the run began with; those after it are its own.
   KeyframeId newest_before() const { return newest_before_; }

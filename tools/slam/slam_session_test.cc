@@ -165,10 +165,12 @@ TEST(SlamSession, AClockThatMeasuresChangesNothing) {
   const auto events = Recording(20);
   SlamSession session = *SlamSession::Create(Robot());
   int64_t ticks = 0;
-  session.MeasureTracking([&ticks] { return ticks += 7; });
+  session.MeasureTimes([&ticks] { return ticks += 7; });
   for (const Event& e : events) session.Process({0, {}, e.channel, e.bytes});
   session.Finish();
   EXPECT_EQ(session.tracking_us(), std::vector<int64_t>(20, 7));
+  EXPECT_FALSE(session.local_ba_times().empty());
+  for (const MeasuredTime& time : session.local_ba_times()) EXPECT_EQ(time.us, 7);
   EXPECT_EQ(AllOutputs(session, Scratch("measured")),
             AllOutputs(RunAll(Robot(), events), Scratch("not_measured")));
 }

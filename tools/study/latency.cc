@@ -32,11 +32,6 @@ struct Repeat {
   double ratio() const { return measure::Median(ms[1]) / measure::Median(ms[0]); }
 };
 
-double Quantile(std::vector<double> values, double q) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(q * static_cast<double>(values.size() - 1))];
-}
-
 class LatencyStudy : public Study {
  public:
   void AddOptions(CLI::App& app) override {
@@ -69,7 +64,7 @@ class LatencyStudy : public Study {
       auto session = tools::SlamSession::Create(*config);
       if (!session) return session.error();
       sessions.push_back(*std::move(session));
-      sessions.back().MeasureTracking(SteadyMicroseconds);
+      sessions.back().MeasureTimes(SteadyMicroseconds);
     }
     auto log = process::EventLogReader::Open(experiment->path);
     if (!log) return log.error();
@@ -106,8 +101,8 @@ class LatencyStudy : public Study {
     for (size_t i = 0; i < repeats.size(); ++i) {
       files.csv += std::to_string(i + 1) + "," + std::to_string(repeats[i].ms[0].size());
       for (const auto& ms : repeats[i].ms) {
-        files.csv +=
-            "," + FormatFixed(measure::Median(ms), 3) + "," + FormatFixed(Quantile(ms, 0.99), 3);
+        files.csv += "," + FormatFixed(measure::Median(ms), 3) + "," +
+                     FormatFixed(measure::Quantile(ms, 0.99), 3);
       }
       files.csv += "," + FormatFixed(repeats[i].ratio(), 4) + "\n";
     }
@@ -120,7 +115,7 @@ class LatencyStudy : public Study {
     for (int v = 0; v < 2; ++v) {
       files.markdown += std::string("| ") + kVariants[v] + " | " +
                         FormatFixed(measure::Median(all[v]), 2) + " | " +
-                        FormatFixed(Quantile(all[v], 0.99), 2) + " |\n";
+                        FormatFixed(measure::Quantile(all[v], 0.99), 2) + " |\n";
     }
     files.markdown += "\nRatio of the medians, full / none: **" + FormatFixed(ratio, 3) +
                       "** (single runs " + FormatFixed(*low, 3) + " - " + FormatFixed(*high, 3) +
@@ -149,7 +144,7 @@ class LatencyStudy : public Study {
       plot::Series series;
       series.label = kVariants[v];
       for (int percent = 0; percent <= 99; ++percent) {
-        series.x.push_back(Quantile(all[v], percent / 100.0));
+        series.x.push_back(measure::Quantile(all[v], percent / 100.0));
         series.y.push_back(percent);
       }
       longest = std::max(longest, series.x.back());

@@ -1,11 +1,13 @@
 // Study "repeat-run" (paper table "Repeat-Run Evaluation"): the same log lap after lap without
-// reset, the map kept. Are the poses published live in later laps as good as the map?
+// reset, the map kept. Are the poses published live in later laps as good as the map, and does what
+// the run costs stop to grow?
 #pragma once
 
 #include <vector>
 
 #include "tools/eval/trajectory.h"
 #include "tools/slam/laps.h"
+#include "tools/study/growth.h"
 
 namespace gw::study {
 
@@ -13,7 +15,7 @@ struct LapResult {
   double frame_rmse_m = 0;     // of the poses as published in this lap
   double keyframe_rmse_m = 0;  // of all keyframes of the run, as they are when the lap ends
   double known_share = 0;      // of the images, with a status other than lost and initializing
-  int64_t keyframes = 0, landmarks = 0;  // in the map when the lap ends
+  GrowthSample cost;           // map when the lap ends, times over the lap
 
   // R(F/KF) of the paper: 1 when live poses are as good as the map.
   double ratio() const { return frame_rmse_m / keyframe_rmse_m; }
@@ -23,6 +25,7 @@ struct LapResult {
 // Error: kBadData when there is nothing to compare.
 Result<std::vector<LapResult>> MeasureLaps(const eval::Trajectory& truth,
                                            const tools::SlamSession& session,
-                                           const std::vector<tools::Lap>& laps);
+                                           const std::vector<tools::Lap>& laps,
+                                           const std::vector<GrowthSample>& samples);
 
 }  // namespace gw::study

@@ -10,6 +10,8 @@ namespace {
 
 constexpr DurationUs kRequestInterval = Milliseconds(300);
 constexpr DurationUs kSilence = Milliseconds(500);  // camera called silent
+// The longest that updates of the map wait for an image: a few periods of the slowest camera.
+constexpr DurationUs kImageWait = Milliseconds(200);
 
 }  // namespace
 
@@ -52,11 +54,18 @@ Result<Done> FrontendNode::Start(process::Shell& shell) {
                                [this](const wire::Ack& ack, Utime) { keyframes_->HandleAck(ack); });
   if (!ok) return ok;
   return shell.ListenRaw(wire::kMapUpdate,
-                         [this, &shell](auto bytes, Utime) { TakeMapUpdate(bytes, shell); });
+                         [this, &shell](auto bytes, Utime) { TakeMapUpdates(bytes, shell); });
 }
 
-void FrontendNode::TakeMapUpdate(std::span<const uint8_t> message, process::Shell& shell) {
-  for (const wire::Bytes& bytes : updates_->Accept(message)) {
+void FrontendNode::TakeMapUpdates(std::span<const uint8_t> message, process::Shell& shell) {
+  for (wire::Bytes& bytes : updates_->Accept(message)) waiting_updates_.push_back(std::move(bytes));
+  if (const auto ack = updates_->MakeAck(shell.Now())) {
+    shell.Publish(wire::kMapUpdateAck, wire::Encode(*ack));
+  }
+}
+
+void FrontendNode::ApplyMapUpdates(process::Shell& shell) {
+  for (const wire::Bytes& bytes : std::exchange(waiting_updates_, {})) {
     const auto update = wire::Decode<MapUpdate>(bytes);
     if (!update) {
       shell.CountUndecodable(wire::kMapUpdate, update.error());
@@ -70,9 +79,6 @@ void FrontendNode::TakeMapUpdate(std::span<const uint8_t> message, process::Shel
     } else if (update->snapshot) {
       map_wanted_ = false;
     }
-  }
-  if (const auto ack = updates_->MakeAck(shell.Now())) {
-    shell.Publish(wire::kMapUpdateAck, wire::Encode(*ack));
   }
 }
 
@@ -106,6 +112,9 @@ bool FrontendNode::Step(process::Shell& shell) {
     const WaitingImage image = std::move(images_.front());
     images_.pop_front();
     ProcessImage(image, shell);
+    ApplyMapUpdates(shell);
+  } else if (!last_image_ || shell.Now() - *last_image_ > kImageWait) {
+    ApplyMapUpdates(shell);
   }
   if (map_wanted_) RequestMap(shell);
   for (const wire::Bytes* message : keyframes_->Due(shell.Now())) {

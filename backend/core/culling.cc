@@ -1,7 +1,9 @@
 #include "backend/core/culling.h"
 
 #include <algorithm>
+#include <iterator>
 
+#include "backend/core/dr_weights.h"
 #include "backend/core/landmark_state.h"
 #include "backend/core/matching.h"
 
@@ -10,7 +12,7 @@ namespace {
 
 // The newest keyframes hold the pose that matters now; their information is spent only when local
 // BA has used it several times over.
-constexpr size_t kNewestStay = 10;
+constexpr size_t kNewest = 10;
 constexpr int kFewestToWitness = 30;  // landmarks a keyframe tracks to count as a witness
 
 struct Witness {
@@ -41,11 +43,11 @@ bool IsRedundant(const Map& map, const MappingContext& context, const MapKeyfram
   const auto& f = keyframe.frame;
   for (size_t i = 0; i < f.features.size(); ++i) {
     if (!f.landmarks[i].valid() || !f.features[i].has_depth()) continue;
-    ++close;
     const Landmark& landmark = *map.FindLandmark(f.landmarks[i]);
-    if (static_cast<int>(landmark.observations.size()) <= context.config.redundant_observers) {
-      continue;
-    }
+    const int observers = static_cast<int>(landmark.observations.size());
+    if (observers < context.config.redundant_observers) continue;
+    ++close;
+    if (observers == context.config.redundant_observers) continue;
     int others = 0;
     for (const Observation& observation : landmark.observations) {
       if (observation.keyframe == f.id) continue;
@@ -58,6 +60,16 @@ bool IsRedundant(const Map& map, const MappingContext& context, const MapKeyfram
     if (others >= context.config.redundant_observers) ++redundant;
   }
   return close > 0 && redundant > context.config.redundant_share * close;
+}
+
+// Whether the one DR edge of the keyframe is weak in vision and the other is not.
+bool JoinsUnequalEdges(const Map& map, const MapKeyframe& keyframe, double reference) {
+  const MapKeyframe* next = map.FindKeyframe(keyframe.next);
+  if (!keyframe.frame.dr || next == nullptr || !next->frame.dr) return false;
+  const auto weak = [&](const MapKeyframe& to) {
+    return 1.0 - EdgeQuality(map, to.frame.id, reference) >= kWeakLack;
+  };
+  return weak(keyframe) != weak(*next);
 }
 
 void RemoveRedundant(Map& map, const MappingContext& context, KeyframeId id) {
@@ -99,19 +111,20 @@ int CullYoungLandmarks(Map& map, const MappingContext& context) {
 }
 
 int CullRedundantKeyframes(Map& map, const MappingContext& context) {
-  std::vector<KeyframeId> candidates;
-  const MapKeyframe* newest = map.FindKeyframe(map.newest_keyframe());
-  if (newest == nullptr) return 0;
-  for (const auto& [id, shared] : newest->covisible) candidates.push_back(id);
-  std::vector<KeyframeId> stay{map.keyframes().begin()->first};
-  for (auto it = map.keyframes().rbegin(); it != map.keyframes().rend(); ++it) {
-    if (stay.size() > kNewestStay) break;
-    stay.push_back(it->first);
+  if (map.keyframes().size() <= kNewest + 1) return 0;
+  const auto settled = std::next(map.keyframes().rbegin(), kNewest);
+  const KeyframeId first = map.keyframes().begin()->first;
+  std::vector<KeyframeId> candidates{settled->first};
+  const auto& covisible = settled->second.covisible;
+  for (auto it = covisible.rbegin(); it != covisible.rend(); ++it) {
+    if (it->first < settled->first && it->first != first) candidates.push_back(it->first);
   }
+  const double reference = ConnectionReference(map, context.dr_weight);
   int culled = 0;
   for (const KeyframeId id : candidates) {
-    if (std::find(stay.begin(), stay.end(), id) != stay.end()) continue;
-    if (!IsRedundant(map, context, *map.FindKeyframe(id))) continue;
+    const MapKeyframe& keyframe = *map.FindKeyframe(id);
+    if (!IsRedundant(map, context, keyframe)) continue;
+    if (JoinsUnequalEdges(map, keyframe, reference)) continue;
     RemoveRedundant(map, context, id);
     ++culled;
   }

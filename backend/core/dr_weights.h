@@ -25,6 +25,8 @@ namespace gw::backend {
 
 inline constexpr int kSmoothingHops = 3;
 inline constexpr int kInitialConnectionReference = 20;  // C_ref before there is a median (paper)
+// Smoothed 1 - Q from which an edge counts as weak: vision does not carry it.
+inline constexpr double kWeakLack = 0.5;
 
 // C_ij. Precondition: both are in the map.
 int SharedCloseLandmarks(const Map& map, KeyframeId a, KeyframeId b);

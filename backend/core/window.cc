@@ -13,7 +13,6 @@ namespace {
 
 constexpr int kTemporalAlways = 5;      // predecessors in time that belong to every window
 constexpr int kTemporalWhileWeak = 60;  // and at most so many while vision binds them weakly
-constexpr double kWeakLack = 0.5;       // smoothed 1 - Q from which an edge counts as weak
 constexpr int kGlobalIterations = 20;   // of global BA, per pass
 constexpr int kFewestNeighbours = 3;    // taken even below the covisibility threshold
 

@@ -38,8 +38,8 @@ struct BackendConfig {
         "redundant_share", redundant_share,
         {.min = 0.5,
          .max = 1,
-         .text =
-             "a keyframe goes when this share of its close landmarks is seen by enough others"});
+         .text = "a keyframe goes when this share of its close landmarks is seen by enough others; "
+                 "those that fewer see at all do not count"});
     v.Field("redundant_observers", redundant_observers,
             {.min = 2, .max = 20, .unit = "count", .text = "how many others are enough"});
     v.Field("landmark_min_found_ratio", landmark_min_found_ratio,

@@ -26,8 +26,7 @@ bool NeedsKeyframe(const KeyframeEvidence& e, const FrontendConfig& config) {
   }
   const double depth = e.median_depth_m > 0 ? e.median_depth_m : 2.0;
   const bool still = e.translation_m < kStillParallax * depth && e.rotation_rad < kStillRotation;
-  const double overlap =
-      e.reference_inliers > 0 ? static_cast<double>(e.num_inliers) / e.reference_inliers : 0.0;
+  const double overlap = e.num_mapped > 0 ? static_cast<double>(e.num_inliers) / e.num_mapped : 0.0;
   if (still) return overlap < 0.4;  // the scene itself changed
 
   const bool lost_overlap = overlap < config.keyframe_overlap;

@@ -10,8 +10,7 @@ struct KeyframeEvidence {
   DurationUs since_last{0};
   bool vision = true;  // the pose comes from vision (not DR alone)
   int num_inliers = 0;
-  int reference_inliers =
-      0;  // best of the first images after the last keyframe: what a good view gives
+  int num_mapped = 0;  // landmarks of the map's most similar view: what there is to be tracked
   int num_close_tracked = 0;    // inliers with depth
   int num_close_untracked = 0;  // features with depth that show no landmark yet
   double translation_m = 0;     // since the last keyframe

@@ -11,7 +11,7 @@ KeyframeEvidence GoodView() {
   return {.since_last = Milliseconds(200),
           .vision = true,
           .num_inliers = 300,
-          .reference_inliers = 320,
+          .num_mapped = 340,
           .num_close_tracked = 280,
           .num_close_untracked = 100,
           .translation_m = 0.1,

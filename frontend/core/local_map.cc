@@ -114,6 +114,14 @@ const MapPoint* LocalMap::Find(LandmarkId id) const {
   return it == points_.end() ? nullptr : &it->second;
 }
 
+int LocalMap::NumLandmarks(KeyframeId id) const {
+  const auto keyframe = keyframes_.find(id);
+  if (keyframe == keyframes_.end()) return 0;
+  const auto& named = keyframe->second.landmarks;
+  return static_cast<int>(
+      std::count_if(named.begin(), named.end(), [&](LandmarkId l) { return Find(l) != nullptr; }));
+}
+
 std::optional<SE3> LocalMap::KeyframePose(KeyframeId id) const {
   const auto it = keyframes_.find(id);
   if (it == keyframes_.end()) return std::nullopt;

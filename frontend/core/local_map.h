@@ -51,6 +51,8 @@ class LocalMap {
   }
 
   const MapPoint* Find(LandmarkId id) const;
+  // Landmarks that the keyframe sees; 0 when it is not there.
+  int NumLandmarks(KeyframeId id) const;
   std::optional<SE3> KeyframePose(KeyframeId id) const;
 
   // The landmarks that the keyframes around the tracked ones see: the keyframes that share most

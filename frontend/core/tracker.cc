@@ -94,7 +94,6 @@ class Tracker::Impl {
   KeyframeId next_keyframe_{1};
   Utime keyframe_utime_;
   SE3 T_CkeyC_;  // motion since the last keyframe
-  int reference_inliers_ = 0;
   int images_since_keyframe_ = 0;
 };
 
@@ -221,7 +220,7 @@ bool Tracker::Impl::WantsKeyframe(Utime utime, const FeatureFrame& frame, const 
   e.since_last = utime - keyframe_utime_;
   e.vision = vision;
   e.num_inliers = vision ? found.estimate.num_inliers : 0;
-  e.reference_inliers = reference_inliers_;
+  e.num_mapped = map_.NumLandmarks(reference_);
   std::vector<float> depths;
   for (size_t i = 0; i < frame.features.size(); ++i) {
     if (!frame.features[i].has_depth()) continue;
@@ -267,7 +266,6 @@ Keyframe Tracker::Impl::MakeKeyframe(Utime utime, const FeatureFrame& frame, con
   last_keyframe_ = reference_ = k.id;
   keyframe_utime_ = utime;
   T_CkeyC_ = SE3();
-  reference_inliers_ = 0;
   images_since_keyframe_ = 0;
   unmatched_images_ = 0;
   return k;
@@ -395,9 +393,6 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   ++images_since_keyframe_;
   const bool unmatched = !vision && report.num_detected >= config_.keyframe_min_close;
   unmatched_images_ = unmatched ? unmatched_images_ + 1 : 0;
-  if (vision && images_since_keyframe_ <= 5) {
-    reference_inliers_ = std::max(reference_inliers_, report.num_inliers);
-  }
   utime_ = utime;
   has_image_ = true;
   hint_.reset();

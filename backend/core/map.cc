@@ -1,11 +1,9 @@
 #include "backend/core/map.h"
 
 #include <algorithm>
-#include <string_view>
 
 #include "backend/core/keyframe_check.h"
 #include "common/core/check.h"
-#include "common/core/hash.h"
 
 namespace gw::backend {
 namespace {
@@ -14,42 +12,22 @@ namespace {
 constexpr size_t kMaxMerges = 1 << 16;
 constexpr size_t kMaxRemovals = 1 << 14;
 
-class Hasher {
- public:
-  template <typename T>
-  void Add(const T& value) {
-    static_assert(std::is_arithmetic_v<T>);
-    hash_ = Fnv1a({reinterpret_cast<const char*>(&value), sizeof(value)}, hash_);
-  }
-  void Add(const SE3& T) {
-    for (int i = 0; i < 4; ++i) Add(T.rotation().coeffs()[i]);
-    for (int i = 0; i < 3; ++i) Add(T.translation()[i]);
-  }
-  void Add(const Eigen::Vector3d& v) {
-    for (int i = 0; i < 3; ++i) Add(v[i]);
-  }
-  uint64_t value() const { return hash_; }
-
- private:
-  uint64_t hash_ = kFnvOffset;
-};
-
-bool Lists(const std::vector<Observation>& sorted, const Observation& observation) {
-  return std::binary_search(sorted.begin(), sorted.end(), observation);
-}
-
 bool ById(const std::pair<KeyframeId, int32_t>& a, KeyframeId b) {
   return a.first < b;
 }
 
-std::vector<Observation>::const_iterator FindObservation(const Landmark& landmark,
-                                                         KeyframeId keyframe) {
-  const auto it =
-      std::lower_bound(landmark.observations.begin(), landmark.observations.end(), keyframe,
-                       [](const Observation& o, KeyframeId k) { return o.keyframe < k; });
-  return it != landmark.observations.end() && it->keyframe == keyframe
-             ? it
-             : landmark.observations.end();
+void Adjust(std::vector<std::pair<KeyframeId, int32_t>>& covisible, KeyframeId other,
+            int32_t delta) {
+  const auto it = std::lower_bound(covisible.begin(), covisible.end(), other, ById);
+  if (it == covisible.end() || it->first != other) {
+    covisible.insert(it, {other, delta});
+  } else if ((it->second += delta) == 0) {
+    covisible.erase(it);
+  }
+}
+
+bool Before(const Observation& a, KeyframeId b) {
+  return a.keyframe < b;
 }
 
 }  // namespace
@@ -128,44 +106,37 @@ std::vector<std::pair<KeyframeId, int32_t>> Map::Neighbours(KeyframeId id, int m
   return out;
 }
 
-void Map::AdjustCovisibility(KeyframeId a, KeyframeId b, int32_t delta) {
-  for (int side = 0; side < 2; ++side, std::swap(a, b)) {
-    MapKeyframe* keyframe = MutableKeyframe(a);
-    if (keyframe == nullptr) continue;
-    auto& list = keyframe->covisible;
-    const auto it = std::lower_bound(list.begin(), list.end(), b, ById);
-    if (it == list.end() || it->first != b) {
-      list.insert(it, {b, delta});
-    } else if ((it->second += delta) == 0) {
-      list.erase(it);
-    }
-  }
-}
-
-void Map::Link(const Landmark& landmark, const Observation& observation) {
-  MapKeyframe& keyframe = keyframes_.at(observation.keyframe);
-  auto& slots = keyframe.frame.landmarks;
-  ++keyframe.num_observations;
-  const size_t index = static_cast<size_t>(observation.feature_index);
-  if (index < slots.size()) slots[index] = landmark.id;
+void Map::Share(const Landmark& landmark, KeyframeId keyframe, int32_t delta) {
+  auto& covisible = keyframes_.at(keyframe).covisible;
   for (const Observation& other : landmark.observations) {
-    if (other.keyframe != observation.keyframe) {
-      AdjustCovisibility(observation.keyframe, other.keyframe, 1);
-    }
+    if (other.keyframe == keyframe) continue;
+    Adjust(covisible, other.keyframe, delta);
+    Adjust(keyframes_.at(other.keyframe).covisible, keyframe, delta);
   }
 }
 
-void Map::Unlink(const Landmark& landmark, const Observation& observation) {
-  MapKeyframe& keyframe = keyframes_.at(observation.keyframe);
-  auto& slots = keyframe.frame.landmarks;
+bool Map::Link(Landmark& landmark, const Observation& observation) {
+  MapKeyframe* keyframe = MutableKeyframe(observation.keyframe);
+  if (keyframe == nullptr || observation.feature_index < 0) return false;
+  auto& slots = keyframe->frame.landmarks;
+  const size_t index = static_cast<size_t>(observation.feature_index);
+  if (index >= slots.size() || slots[index].valid()) return false;
+  auto& list = landmark.observations;
+  const auto at = std::lower_bound(list.begin(), list.end(), observation.keyframe, Before);
+  if (at != list.end() && at->keyframe == observation.keyframe) return false;
+  list.insert(at, observation);
+  slots[index] = landmark.id;
+  ++keyframe->num_observations;
+  return true;
+}
+
+void Map::Unlink(Landmark& landmark, size_t which) {
+  const Observation gone = landmark.observations[which];
+  MapKeyframe& keyframe = keyframes_.at(gone.keyframe);
+  Share(landmark, gone.keyframe, -1);
+  landmark.observations.erase(landmark.observations.begin() + static_cast<std::ptrdiff_t>(which));
+  keyframe.frame.landmarks[static_cast<size_t>(gone.feature_index)] = {};
   --keyframe.num_observations;
-  const size_t index = static_cast<size_t>(observation.feature_index);
-  if (index < slots.size() && slots[index] == landmark.id) slots[index] = {};
-  for (const Observation& other : landmark.observations) {
-    if (other.keyframe != observation.keyframe) {
-      AdjustCovisibility(observation.keyframe, other.keyframe, -1);
-    }
-  }
 }
 
 bool Map::AddKeyframe(const Keyframe& keyframe) {
@@ -217,31 +188,18 @@ Landmark& Map::MutableLandmark(LandmarkId id) {
 bool Map::AddObservation(LandmarkId id, const Observation& observation) {
   const auto it = landmarks_.find(id.value);
   GW_CHECK(it != landmarks_.end());
-  if (!Observe(it->second, observation)) return false;
+  if (!Link(it->second, observation)) return false;
+  Share(it->second, observation.keyframe, 1);
   changes_.landmarks.push_back(id);
-  return true;
-}
-
-bool Map::Observe(Landmark& landmark, const Observation& observation) {
-  const MapKeyframe* keyframe = FindKeyframe(observation.keyframe);
-  if (keyframe == nullptr || observation.feature_index < 0) return false;
-  const size_t index = static_cast<size_t>(observation.feature_index);
-  const auto& slots = keyframe->frame.landmarks;
-  if (!slots.empty() && (index >= slots.size() || slots[index].valid())) return false;
-  if (FindObservation(landmark, observation.keyframe) != landmark.observations.end()) return false;
-  landmark.observations.insert(
-      std::lower_bound(landmark.observations.begin(), landmark.observations.end(), observation),
-      observation);
-  Link(landmark, observation);
   return true;
 }
 
 void Map::RemoveObservation(LandmarkId id, KeyframeId keyframe) {
   Landmark& landmark = MutableLandmark(id);
-  const auto it = FindObservation(landmark, keyframe);
-  if (it == landmark.observations.end()) return;
-  Unlink(landmark, *it);
-  landmark.observations.erase(it);
+  const auto& list = landmark.observations;
+  const auto it = std::lower_bound(list.begin(), list.end(), keyframe, Before);
+  if (it == list.end() || it->keyframe != keyframe) return;
+  Unlink(landmark, static_cast<size_t>(it - list.begin()));
 }
 
 void Map::MergeLandmark(LandmarkId from, LandmarkId into) {
@@ -263,10 +221,7 @@ void Map::EraseLandmark(LandmarkId id) {
   const auto it = landmarks_.find(id.value);
   if (it == landmarks_.end()) return;
   Landmark& landmark = it->second;
-  while (!landmark.observations.empty()) {
-    Unlink(landmark, landmark.observations.back());
-    landmark.observations.pop_back();
-  }
+  while (!landmark.observations.empty()) Unlink(landmark, landmark.observations.size() - 1);
   landmarks_.erase(it);
 }
 
@@ -309,17 +264,6 @@ void Map::EraseKeyframe(KeyframeId id) {
   keyframes_.erase(id);
 }
 
-void Map::StripObservations(KeyframeId keyframe) {
-  for (const LandmarkId id : SortedLandmarkIds()) {
-    Landmark& landmark = landmarks_.at(id.value);
-    const auto it = FindObservation(landmark, keyframe);
-    if (it == landmark.observations.end()) continue;
-    ++num_ignored_;
-    Unlink(landmark, *it);
-    landmark.observations.erase(it);
-  }
-}
-
 void Map::RecordMerge(LandmarkId from, LandmarkId into) {
   merged_into_[from] = into;
   while (merged_into_.size() > kMaxMerges) merged_into_.erase(merged_into_.begin());
@@ -341,233 +285,6 @@ void Map::SetDrAlpha(KeyframeId to, double alpha) {
   GW_CHECK(keyframe != nullptr);
   keyframe->dr_alpha = alpha;
   changes_.dr_edges.insert(to);
-}
-
-MapUpdate Map::Commit() {
-  MapUpdate out;
-  out.utime = newest_utime_;
-  out.base_revision = revision_;
-  out.revision = ++revision_;
-  out.newest_keyframe = newest_keyframe_;
-  for (const KeyframeId id : changes_.keyframes) {
-    const MapKeyframe& keyframe = keyframes_.at(id);
-    out.keyframes.push_back({id, keyframe.frame.utime, keyframe.frame.T_WC});
-  }
-  out.removed_keyframes = std::move(changes_.removed_keyframes);
-  const auto sort_unique = [](auto& list) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  };
-  sort_unique(changes_.landmarks);
-  sort_unique(changes_.removed);
-  for (const LandmarkId id : changes_.landmarks) {
-    if (const Landmark* landmark = FindLandmark(id)) out.landmarks.push_back(*landmark);
-  }
-  for (const LandmarkId id : changes_.removed) {
-    if (FindLandmark(id) == nullptr) out.removed_landmarks.push_back(id);
-  }
-  for (const LandmarkMerge& merge : changes_.merged) {
-    if (FindLandmark(merge.from) == nullptr) out.merged_landmarks.push_back(merge);
-  }
-  for (const KeyframeId id : changes_.dr_edges) {
-    const MapKeyframe& keyframe = keyframes_.at(id);
-    out.dr_edges.push_back({keyframe.frame.previous, id, keyframe.dr_alpha});
-  }
-  changes_ = {};
-  return out;
-}
-
-bool Map::IsUsable(const LandmarkUpdate& update) const {
-  return update.id.valid() && update.id.creator() <= newest_keyframe_ && IsInReach(update.p_W) &&
-         update.normal_W.allFinite();
-}
-
-void Map::DropUnlistedObservations(const LandmarkUpdate& update) {
-  const auto it = landmarks_.find(update.id.value);
-  if (it == landmarks_.end() || !IsUsable(update)) return;
-  std::vector<Observation>& present = it->second.observations;
-  for (size_t i = present.size(); i-- > 0;) {
-    if (Lists(update.observations, present[i])) continue;
-    Unlink(it->second, present[i]);
-    present.erase(present.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-}
-
-bool Map::TakeLandmark(const LandmarkUpdate& update) {
-  if (!IsUsable(update)) return false;
-  merged_into_.erase(update.id);
-  Landmark& landmark = landmarks_[update.id.value];
-  landmark.id = update.id;
-  for (const Observation& observation : update.observations) {
-    // Those that stay are not touched: most updates only move the point.
-    if (Lists(landmark.observations, observation)) continue;
-    if (!Observe(landmark, observation)) ++num_ignored_;
-  }
-  landmark.p_W = update.p_W;
-  landmark.normal_W = update.normal_W;
-  landmark.min_distance = update.min_distance;
-  landmark.max_distance = update.max_distance;
-  landmark.descriptor = update.descriptor;
-  return true;
-}
-
-// What is left are the keyframes that the snapshot names, and nothing that hangs on them.
-void Map::ClearFor(const MapUpdate& snapshot) {
-  for (const LandmarkId id : SortedLandmarkIds()) EraseLandmark(id);
-  merged_into_.clear();
-  removals_.clear();
-  std::set<KeyframeId> named;
-  for (const KeyframeUpdate& keyframe : snapshot.keyframes) {
-    if (keyframe.id <= snapshot.newest_keyframe) named.insert(keyframe.id);
-  }
-  std::erase_if(keyframes_, [&](const auto& entry) { return !named.contains(entry.first); });
-  for (auto& [id, keyframe] : keyframes_) {
-    keyframe.dr_alpha = 0;
-    if (!keyframes_.contains(keyframe.next)) keyframe.next = {};
-    if (!keyframes_.contains(keyframe.frame.previous)) {
-      keyframe.frame.previous = {};
-      keyframe.frame.dr.reset();
-    }
-  }
-}
-
-bool Map::TakePose(const KeyframeUpdate& update) {
-  if (!update.id.valid() || update.id > newest_keyframe_ || !update.T_WC.IsFinite() ||
-      !IsInReach(update.T_WC.translation())) {
-    return false;
-  }
-  const auto [it, is_new] = keyframes_.try_emplace(update.id);
-  Keyframe& frame = it->second.frame;
-  if (is_new) {
-    frame.id = update.id;
-    frame.utime = update.utime;
-  } else if (frame.utime != update.utime) {
-    return false;
-  }
-  frame.T_WC = update.T_WC;
-  return true;
-}
-
-bool Map::TakeRemoval(const KeyframeRemoval& removal, bool snapshot) {
-  if (removal.id == removal.parent || removal.id > newest_keyframe_ ||
-      !keyframes_.contains(removal.parent) || !removal.T_ParentC.IsFinite()) {
-    return false;
-  }
-  const MapKeyframe* keyframe = FindKeyframe(removal.id);
-  if (snapshot) {
-    if (keyframe == nullptr) removals_[removal.id] = removal;
-    return keyframe == nullptr;
-  }
-  if (keyframe != nullptr) {
-    if (keyframe->num_observations > 0) StripObservations(removal.id);
-    EraseKeyframe(removal.id);
-  }
-  RecordRemoval(removal);
-  return true;
-}
-
-bool Map::TakeDrWeight(const DrEdgeWeight& edge) {
-  MapKeyframe* keyframe = MutableKeyframe(edge.to);
-  if (keyframe == nullptr || !(edge.alpha >= 0)) return false;
-  keyframe->dr_alpha = edge.alpha;
-  return true;
-}
-
-Map::Applied Map::Apply(const MapUpdate& update) {
-  if (!update.snapshot && update.base_revision != revision_) return Applied::kGap;
-  const auto count = [this](bool taken) { num_ignored_ += taken ? 0 : 1; };
-  if (update.snapshot) ClearFor(update);
-  if (update.newest_keyframe > newest_keyframe_ || update.snapshot) {
-    newest_keyframe_ = update.newest_keyframe;
-  }
-  for (const KeyframeUpdate& moved : update.keyframes) count(TakePose(moved));
-  for (const LandmarkMerge& merge : update.merged_landmarks) {
-    EraseLandmark(merge.from);
-    RecordMerge(merge.from, merge.into);
-  }
-  for (const LandmarkId id : update.removed_landmarks) EraseLandmark(id);
-  // First what goes, then what comes: a feature may pass from one landmark to another.
-  for (const LandmarkUpdate& landmark : update.landmarks) DropUnlistedObservations(landmark);
-  for (const LandmarkUpdate& landmark : update.landmarks) count(TakeLandmark(landmark));
-  for (const KeyframeRemoval& removal : update.removed_keyframes) {
-    count(TakeRemoval(removal, update.snapshot));
-  }
-  for (const DrEdgeWeight& edge : update.dr_edges) count(TakeDrWeight(edge));
-  newest_utime_ = update.utime;
-  revision_ = update.revision;
-  changes_ = {};
-  return Applied::kDone;
-}
-
-MapUpdate Map::Snapshot() const {
-  MapUpdate out;
-  out.utime = newest_utime_;
-  out.revision = revision_;
-  out.snapshot = true;
-  out.newest_keyframe = newest_keyframe_;
-  for (const auto& [id, keyframe] : keyframes_) {
-    out.keyframes.push_back({id, keyframe.frame.utime, keyframe.frame.T_WC});
-    if (keyframe.dr_alpha > 0) {
-      out.dr_edges.push_back({keyframe.frame.previous, id, keyframe.dr_alpha});
-    }
-  }
-  for (const auto& [id, removal] : removals_) out.removed_keyframes.push_back(removal);
-  for (const LandmarkId id : SortedLandmarkIds()) {
-    out.landmarks.push_back(landmarks_.at(id.value));
-  }
-  for (const auto& [from, into] : merged_into_) out.merged_landmarks.push_back({from, into});
-  return out;
-}
-
-uint64_t Map::Hash() const {
-  Hasher h;
-  h.Add(revision_);
-  h.Add(newest_keyframe_.value);
-  h.Add(newest_utime_.us);
-  for (const auto& [id, keyframe] : keyframes_) {
-    const Keyframe& f = keyframe.frame;
-    h.Add(id.value);
-    h.Add(f.utime.us);
-    h.Add(f.T_WC);
-    h.Add(f.previous.value);
-    h.Add(keyframe.next.value);
-    h.Add(keyframe.dr_alpha);
-    if (f.dr) {
-      h.Add(f.dr->T_BaBb);
-      for (int i = 0; i < 36; ++i) h.Add(f.dr->cov.data()[i]);
-      h.Add(f.dr->utime_begin.us);
-      h.Add(f.dr->utime_end.us);
-    }
-    h.Add(f.features.size());
-    for (const LandmarkId landmark : f.landmarks) h.Add(landmark.value);
-    for (const auto& [other, shared] : keyframe.covisible) {
-      h.Add(other.value);
-      h.Add(shared);
-    }
-  }
-  for (const LandmarkId id : SortedLandmarkIds()) {
-    const Landmark& landmark = landmarks_.at(id.value);
-    h.Add(id.value);
-    h.Add(landmark.p_W);
-    h.Add(landmark.normal_W);
-    h.Add(landmark.min_distance);
-    h.Add(landmark.max_distance);
-    for (const uint64_t word : landmark.descriptor) h.Add(word);
-    for (const Observation& observation : landmark.observations) {
-      h.Add(observation.keyframe.value);
-      h.Add(observation.feature_index);
-    }
-  }
-  for (const auto& [id, removal] : removals_) {
-    h.Add(id.value);
-    h.Add(removal.parent.value);
-    h.Add(removal.T_ParentC);
-  }
-  for (const auto& [from, into] : merged_into_) {
-    h.Add(from.value);
-    h.Add(into.value);
-  }
-  return h.value();
 }
 
 }  // namespace gw::backend

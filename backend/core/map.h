@@ -2,9 +2,7 @@
 //
 // One form of change: everything that a mapper does to its map between two commits is described by
 // one MapUpdate, and a map that gets the same keyframes and updates in the same order is equal to
-// the mapper's (Hash() agrees). Replica, journal and viewer rely on it. A map that never sees the
-// keyframes themselves (a viewer's) works too; it then has poses, landmarks and covisibility, but
-// no features.
+// the mapper's (Hash() agrees). Replica and journal rely on it.
 //
 // Keyframe poses are T_WC of the rectified left camera; landmarks are points in W (m).
 // Copyable value; not thread-safe.
@@ -104,24 +102,24 @@ class Map {
 
  private:
   MapKeyframe* MutableKeyframe(KeyframeId id);
-  void Link(const Landmark& landmark, const Observation& observation);
-  void Unlink(const Landmark& landmark, const Observation& observation);
-  void AdjustCovisibility(KeyframeId a, KeyframeId b, int32_t delta);
+  // Landmark and keyframe name each other from now on. False, and no change, when the keyframe is
+  // unknown, its feature taken or not there, or the landmark observed by it already.
+  bool Link(Landmark& landmark, const Observation& observation);
+  void Unlink(Landmark& landmark, size_t which);  // of its observations
+  // The keyframe shares the landmark with its other observers, or (delta = -1) no longer does.
+  void Share(const Landmark& landmark, KeyframeId keyframe, int32_t delta);
   void EraseLandmark(LandmarkId id);
   void EraseKeyframe(KeyframeId id);
-  void StripObservations(KeyframeId keyframe);
   void RecordMerge(LandmarkId from, LandmarkId into);
   void RecordRemoval(const KeyframeRemoval& removal);
-  // False, and no change, when the keyframe is unknown, its feature taken or not there, or the
-  // landmark observed by it already. A viewer's keyframe has no features, and takes any.
-  bool Observe(Landmark& landmark, const Observation& observation);
 
   // Parts of Apply(). False: the part contradicts the map, and is left out.
   void ClearFor(const MapUpdate& snapshot);
   bool IsUsable(const LandmarkUpdate& update) const;
   bool TakePose(const KeyframeUpdate& update);
   void DropUnlistedObservations(const LandmarkUpdate& update);
-  bool TakeLandmark(const LandmarkUpdate& update);
+  bool TakeLandmark(const LandmarkUpdate& update, bool snapshot);
+  void CountCovisibility();
   bool TakeRemoval(const KeyframeRemoval& removal, bool snapshot);
   bool TakeDrWeight(const DrEdgeWeight& edge);
 

@@ -220,19 +220,6 @@ TEST(Map, RefusesAnUpdateThatDoesNotFollow) {
   EXPECT_EQ(replica.Apply(second), Map::Applied::kDone);
 }
 
-TEST(Map, AViewerWithoutFeaturesHasPosesLandmarksAndCovisibility) {
-  Map map = MakeMap(5);
-  Map viewer;
-  ASSERT_EQ(viewer.Apply(map.Commit()), Map::Applied::kDone);
-  EXPECT_EQ(viewer.keyframes().size(), 5u);
-  EXPECT_EQ(viewer.num_landmarks(), map.num_landmarks());
-  EXPECT_EQ(viewer.SharedLandmarks({3}, {4}), 6);
-  map.RemoveKeyframe({2}, {1});
-  ASSERT_EQ(viewer.Apply(map.Commit()), Map::Applied::kDone);
-  EXPECT_EQ(viewer.keyframes().size(), 4u);
-  EXPECT_EQ(viewer.num_ignored(), 0);
-}
-
 MapUpdate Next(const Map& map) {
   MapUpdate out;
   out.base_revision = map.revision();

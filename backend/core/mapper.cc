@@ -37,9 +37,7 @@ Result<Mapper> Mapper::Create(const BackendConfig& config, const FrontendConfig&
 }
 
 Mapper::Mapper(const MappingContext& context, Map map, MapUse use)
-    : context_(context), map_(std::move(map)), use_(use) {
-  for (const auto& [id, keyframe] : map_.keyframes()) loops_.File(keyframe.frame);
-}
+    : context_(context), map_(std::move(map)), use_(use), loops_(map_) {}
 
 MapUpdate Mapper::Commit() {
   MapUpdate update = map_.Commit();

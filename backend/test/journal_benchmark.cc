@@ -37,6 +37,15 @@ void BM_LoadMap(benchmark::State& state) {
 }
 BENCHMARK(BM_LoadMap)->Arg(100)->Arg(400)->Unit(benchmark::kMillisecond);
 
+// The second half of a start: a mapper around the map that was loaded.
+void BM_StartMapper(benchmark::State& state) {
+  const Map map = Driven(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(Mapper::Create({}, {}, TestCamera(), map));
+  }
+}
+BENCHMARK(BM_StartMapper)->Arg(100)->Arg(400)->Unit(benchmark::kMillisecond);
+
 void BM_Checkpoint(benchmark::State& state) {
   const std::string directory = Scratch();
   const Map map = Driven(static_cast<int>(state.range(0)));

@@ -153,7 +153,7 @@ void RunIndex(const Study& study) {
   for (size_t i = 0; i < study.images.size(); ++i) {
     const double t0 = Seconds();
     while (filed + study.recent < i) {
-      index.Insert({static_cast<int64_t>(filed) + 1}, study.images[filed]);
+      index.Insert(backend::Place{{static_cast<int64_t>(filed) + 1}, study.images[filed]});
       ++filed;
     }
     const double t1 = Seconds();

@@ -126,6 +126,14 @@ LoopGraphResult SolveLoopGraph(const LoopGraphJob& job) {
   return out;
 }
 
+LoopCloser::LoopCloser(const Map& map) {
+  std::vector<Place> places;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    places.push_back({id, keyframe.frame.descriptors});
+  }
+  places_.Insert(places);
+}
+
 std::optional<Loop> LoopCloser::Detect(const Map& map, const MappingContext& context) {
   if (map.newest_keyframe().value < rest_until_) return std::nullopt;
   return DetectLoop(map, context, places_, counters_);

@@ -39,8 +39,10 @@ LoopGraphResult SolveLoopGraph(const LoopGraphJob& job);
 
 class LoopCloser {
  public:
+  explicit LoopCloser(const Map& map);
+
   // Keeps the index of places in step with the map.
-  void File(const Keyframe& keyframe) { places_.Insert(keyframe.id, keyframe.descriptors); }
+  void File(const Keyframe& keyframe) { places_.Insert(Place{keyframe.id, keyframe.descriptors}); }
   void Forget(KeyframeId id) { places_.Erase(id); }
   const PlaceIndex& places() const { return places_; }
 

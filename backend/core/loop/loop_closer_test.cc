@@ -161,8 +161,8 @@ TEST(LoopCloser, ALoopFoundWrongLaterIsTakenBack) {
   // A wrong loop between two far places, closed by force.
   const MappingContext context =
       MappingContext::Make(BackendConfig{}, FrontendConfig{}, TestCamera());
-  LoopCloser closer;
   Map map = drive.mapper.map();
+  LoopCloser closer(map);
   Loop wrong;
   wrong.older = {3};
   wrong.newer = {22};

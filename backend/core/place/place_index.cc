@@ -35,22 +35,42 @@ uint16_t SketchFor(const std::array<uint16_t, 16>& groups, int table) {
 
 }  // namespace
 
-void PlaceIndex::Insert(KeyframeId id, const std::vector<Descriptor>& descriptors) {
-  Erase(id);
-  uint32_t slot = static_cast<uint32_t>(slots_.size());
+uint32_t PlaceIndex::TakeSlot() {
   if (free_slots_.empty()) {
     slots_.emplace_back();
-  } else {
-    slot = free_slots_.back();
-    free_slots_.pop_back();
+    return static_cast<uint32_t>(slots_.size() - 1);
   }
-  blocks_[id] = slot;
-  slots_[slot] = {id, descriptors};
-  for (size_t i = 0; i < descriptors.size(); ++i) {
-    const auto groups = Groups(descriptors[i]);
-    for (int table = 0; table < kTables; ++table) {
-      Bucket(table, groups[table])
-          .push_back({slot, static_cast<uint16_t>(i), SketchFor(groups, table)});
+  const uint32_t slot = free_slots_.back();
+  free_slots_.pop_back();
+  return slot;
+}
+
+void PlaceIndex::Insert(std::span<const Place> places) {
+  struct Filed {
+    uint32_t slot;
+    uint16_t feature;
+    std::array<uint16_t, 16> groups;
+  };
+  std::vector<Filed> filed;
+  for (const Place& place : places) {
+    Erase(place.keyframe);
+    const uint32_t slot = TakeSlot();
+    blocks_[place.keyframe] = slot;
+    slots_[slot] = {place.keyframe, place.descriptors};
+    for (size_t i = 0; i < place.descriptors.size(); ++i) {
+      filed.push_back({slot, static_cast<uint16_t>(i), Groups(place.descriptors[i])});
+    }
+  }
+  // Table by table, new buckets in their size at once: the memory at work stays small.
+  std::vector<uint32_t> count(size_t{1} << kBits);
+  for (int table = 0; table < kTables; ++table) {
+    for (const Filed& f : filed) ++count[f.groups[table]];
+    for (const Filed& f : filed) {
+      const uint16_t key = f.groups[table];
+      std::vector<Entry>& bucket = Bucket(table, key);
+      if (bucket.empty()) bucket.reserve(count[key]);
+      count[key] = 0;
+      bucket.push_back({f.slot, f.feature, SketchFor(f.groups, table)});
     }
   }
 }

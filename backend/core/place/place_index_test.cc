@@ -26,7 +26,7 @@ std::vector<Descriptor> Sight(uint64_t place, uint64_t visit, int flips) {
 
 PlaceIndex IndexOf(int places) {
   PlaceIndex index;
-  for (int p = 1; p <= places; ++p) index.Insert({p}, Sight(static_cast<uint64_t>(p), 0, 0));
+  for (int p = 1; p <= places; ++p) index.Insert(Place{{p}, Sight(static_cast<uint64_t>(p), 0, 0)});
   return index;
 }
 
@@ -54,7 +54,7 @@ TEST(PlaceIndex, WhatEveryPlaceShowsCountsLittle) {
   for (int p = 1; p <= 50; ++p) {
     auto sight = Sight(static_cast<uint64_t>(p), 0, 0);
     std::copy(poster.begin(), poster.begin() + kFeatures / 2, sight.begin());
-    index.Insert({p}, sight);
+    index.Insert(Place{{p}, sight});
   }
   auto query = Sight(7, 1, 10);
   std::copy(poster.begin(), poster.begin() + kFeatures / 2, query.begin());
@@ -73,7 +73,7 @@ TEST(PlaceIndex, ErasedKeyframesAreGoneAndTheRestStays) {
   EXPECT_TRUE(index.Query(Sight(7, 1, 5)).empty() ||
               index.Query(Sight(7, 1, 5)).front().score < 0.05);
   EXPECT_EQ(index.Query(Sight(8, 1, 5)).front().keyframe.value, 8);
-  index.Insert({21}, Sight(21, 0, 0));  // into a freed slot
+  index.Insert(Place{{21}, Sight(21, 0, 0)});  // into a freed slot
   EXPECT_EQ(index.Query(Sight(21, 1, 5)).front().keyframe.value, 21);
   EXPECT_EQ(index.Query(Sight(20, 1, 5)).front().keyframe.value, 20);
 }
@@ -81,8 +81,14 @@ TEST(PlaceIndex, ErasedKeyframesAreGoneAndTheRestStays) {
 TEST(PlaceIndex, TheAnswerDoesNotDependOnTheHistory) {
   PlaceIndex grown = IndexOf(30);
   for (int p = 1; p <= 10; ++p) grown.Erase({p});
-  for (int p = 10; p >= 1; --p) grown.Insert({p}, Sight(static_cast<uint64_t>(p), 0, 0));
-  const PlaceIndex fresh = IndexOf(30);
+  for (int p = 10; p >= 1; --p) grown.Insert(Place{{p}, Sight(static_cast<uint64_t>(p), 0, 0)});
+  std::vector<std::vector<Descriptor>> sights;
+  for (uint64_t p = 1; p <= 30; ++p) sights.push_back(Sight(p, 0, 0));
+  std::vector<Place> places;
+  for (int p = 1; p <= 30; ++p) places.push_back({{p}, sights[static_cast<size_t>(p - 1)]});
+  PlaceIndex fresh;
+  fresh.Insert(places);
+  EXPECT_EQ(fresh.size(), 30u);
   const auto a = grown.Query(Sight(5, 1, 20));
   const auto b = fresh.Query(Sight(5, 1, 20));
   ASSERT_EQ(a.size(), b.size());
@@ -95,7 +101,7 @@ TEST(PlaceIndex, TheAnswerDoesNotDependOnTheHistory) {
 TEST(PlaceIndex, EmptyQueriesAndEmptyIndicesAreAnswered) {
   PlaceIndex index;
   EXPECT_TRUE(index.Query(Sight(1, 0, 0)).empty());
-  index.Insert({1}, {});
+  index.Insert(Place{{1}, {}});
   EXPECT_TRUE(index.Query({}).empty());
   EXPECT_TRUE(index.Query(Sight(1, 0, 0)).empty());
 }

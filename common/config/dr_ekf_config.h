@@ -12,11 +12,12 @@ enum class DrSource {
 
 struct DrEkfConfig {
   DrSource source = DrSource::kSensors;
-  double wheel_sigma_m_per_sqrt_m = 0.01;
+  double wheel_sigma_m_per_sqrt_m = 0.005;
   double wheel_sigma_deg_per_sqrt_m = 1.0;
   double wheel_sigma_deg_per_sqrt_rad = 1.0;
-  double wheel_scale_sigma = 0.02;
-  double lateral_sigma_m_s = 0.02;
+  double wheel_scale_sigma = 0.01;
+  double gyro_scale_sigma = 0.008;
+  double lateral_sigma_m_per_sqrt_m = 0.002;
   double gate_sigma = 4.0;
   double max_speed_m_s = 3.0;
   double max_yaw_rate_deg_s = 570;
@@ -28,9 +29,11 @@ struct DrEkfConfig {
   void VisitFields(Visitor& v) {
     v.Enum("source", source, {{"sensors", DrSource::kSensors}, {"recorded", DrSource::kRecorded}},
            {.text = "filter the sensors, or pass on the DR messages that a recording holds"});
-    v.Field(
-        "wheel_sigma_m_per_sqrt_m", wheel_sigma_m_per_sqrt_m,
-        {.min = 1e-5, .max = 1, .unit = "m/sqrt(m)", .text = "wheel odometry noise along the way"});
+    v.Field("wheel_sigma_m_per_sqrt_m", wheel_sigma_m_per_sqrt_m,
+            {.min = 1e-5,
+             .max = 1,
+             .unit = "m/sqrt(m)",
+             .text = "wheel odometry noise along the way (hard floor 0.004, carpet 0.01)"});
     v.Field("wheel_sigma_deg_per_sqrt_m", wheel_sigma_deg_per_sqrt_m,
             {.min = 1e-4,
              .max = 90,
@@ -41,14 +44,20 @@ struct DrEkfConfig {
              .max = 90,
              .unit = "deg/sqrt(rad)",
              .text = "heading noise of the wheels per angle turned"});
+    v.Field("wheel_scale_sigma", wheel_scale_sigma,
+            {.min = 0,
+             .max = 0.5,
+             .text = "prior uncertainty of the wheel scale and of the track (0: not estimated)"});
     v.Field(
-        "wheel_scale_sigma", wheel_scale_sigma,
-        {.min = 0, .max = 0.5, .text = "prior uncertainty of the wheel scale (0: not estimated)"});
-    v.Field("lateral_sigma_m_s", lateral_sigma_m_s,
+        "gyro_scale_sigma", gyro_scale_sigma,
+        {.min = 0,
+         .max = 0.1,
+         .text = "prior uncertainty of the gyro's scale, each axis (BMI055 as in a D435i: 1 %)"});
+    v.Field("lateral_sigma_m_per_sqrt_m", lateral_sigma_m_per_sqrt_m,
             {.min = 1e-4,
              .max = 1,
-             .unit = "m/s",
-             .text = "sideways and vertical slip allowed by the non-holonomic constraint"});
+             .unit = "m/sqrt(m)",
+             .text = "sideways and vertical motion that a rolling robot should not have, per way"});
     v.Field("gate_sigma", gate_sigma,
             {.min = 1, .max = 100, .unit = "sigma", .text = "innovation gate"});
     v.Field("max_speed_m_s", max_speed_m_s,

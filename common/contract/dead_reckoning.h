@@ -14,10 +14,12 @@ namespace gw {
 //
 // T_OB is continuous within one value of reset_counter. The covariance of the relative motion over
 // an interval (a, b] cannot be had from two marginal covariances; the filter therefore publishes
-// how it grows, as two twist covariances in B, from which DrHistory::Increment composes it:
-//   cov(T_BaBb) = int Ad W Ad^T dt + (int Ad dt) C (int Ad dt)^T,   Ad = Ad(T_BbBt), t in (a, b].
-// W (white) is noise that averages out, C (coherent) is what stays constant over seconds: bias,
-// scale.
+// how it grows, in B, from which DrHistory::Increment composes it (Ad = Ad(T_BbBt), t in (a, b]):
+//   cov(T_BaBb) = int Ad W Ad^T dt + L C L^T + (sigma_way l_w) (.)^T + (sigma_turn l_t) (.)^T
+//   L = int Ad dt,   l_w = int Ad [v; 0] dt,   l_t = int Ad [0; w] dt
+// W (white) is noise that averages out; C (coherent) is a twist error that stays constant over
+// seconds: bias; the errors of the two scales stay constant as well, but what they do goes with the
+// motion: a turn there and back cancels them (docs/adr/0004-dr-increment-covariance.md).
 struct DrState {
   Utime utime;
   int64_t seq = 0;
@@ -28,9 +30,12 @@ struct DrState {
   Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_bias_m_s2 = Eigen::Vector3d::Zero();
   double wheel_scale = 1.0;                        // true way / measured way
+  double turn_scale = 1.0;                         // likewise of the sensor that tells turns now
   Matrix6d cov_T_OB = Matrix6d::Zero();            // m^2, rad^2; grows without bound
   Matrix6d cov_twist_white = Matrix6d::Zero();     // W: m^2/s, rad^2/s
   Matrix6d cov_twist_coherent = Matrix6d::Zero();  // C: (m/s)^2, (rad/s)^2
+  double way_scale_sigma = 0;                      // sigma_way: of true way / way told here
+  double turn_scale_sigma = 0;                     // sigma_turn: of true turn / turn told here
   bool gravity_aligned = false;  // roll and pitch of T_OB are absolute (accelerometer)
   bool slip = false;             // wheels disagree with gyro or vision
   bool stationary = false;       // zero-velocity update active

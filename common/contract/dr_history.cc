@@ -20,6 +20,21 @@ std::deque<DrState>::const_iterator FirstNotBefore(const std::deque<DrState>& st
 
 }  // namespace
 
+void DrNoise::Append(const DrState& state, const SE3& T_step, double dt_s) {
+  const Matrix6d adj = T_step.inverse().Adjoint();
+  white = adj * white * adj.transpose() + state.cov_twist_white * dt_s;
+  lever = (adj * lever).eval();
+  lever.leftCols<6>() += Matrix6d::Identity() * dt_s;
+  lever.col(kWayScale).head<3>() += state.way_scale_sigma * state.v_OB_B * dt_s;
+  lever.col(kTurnScale).tail<3>() += state.turn_scale_sigma * state.w_OB_B * dt_s;
+
+  DrCoherent now = DrCoherent::Zero();
+  now.topLeftCorner<6, 6>() = state.cov_twist_coherent;
+  now(kWayScale, kWayScale) = now(kTurnScale, kTurnScale) = 1;
+  duration_s += dt_s;
+  coherent += (now - coherent) * (dt_s / duration_s);
+}
+
 bool DrHistory::Push(const DrState& state) {
   if (!states_.empty() && state.utime <= states_.back().utime) return false;
   states_.push_back(state);
@@ -64,23 +79,19 @@ std::optional<DrIncrement> DrHistory::Increment(Utime a, Utime b, DurationUs max
 
   DrNoise sum;
   Utime from = a;
+  SE3 T_OB_from = *T_OBa;
   for (; it != states_.end(); ++it) {
     if (it->reset_counter != out.reset_counter) return std::nullopt;
     out.slip |= it->slip;
     out.synthetic |= it->synthetic;
     const bool last = it->utime >= b || std::next(it) == states_.end();
     const Utime to = last ? b : it->utime;
-    const double dt = (to - from).seconds();
-    const SE3 T_BbBt = T_OBb->inverse() * (it->utime > b ? *T_OBb : it->T_OB);
-    const Matrix6d adj = T_BbBt.Adjoint();
-    sum.white += adj * it->cov_twist_white * adj.transpose() * dt;
-    sum.lever += adj * dt;
-    sum.coherent += it->cov_twist_coherent * dt;
+    const SE3& T_OB_to = last ? *T_OBb : it->T_OB;
+    if (to > from) sum.Append(*it, T_OB_from.inverse() * T_OB_to, (to - from).seconds());
     from = to;
+    T_OB_from = T_OB_to;
     if (last) break;
   }
-  const double duration = (b - a).seconds();
-  if (duration > 0) sum.coherent /= duration;
   out.cov = sum.Covariance();
   if (noise != nullptr) *noise = sum;
   return out;

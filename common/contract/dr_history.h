@@ -9,13 +9,24 @@
 
 namespace gw {
 
-// Noise of a motion, split by how it goes on: two motions in a row share `coherent`, the constant
-// twist error (body), and nothing else.
+// What two motions in a row have in common: a constant twist error (6), and the errors of the
+// scales of way and turn, in sigmas (so that each part of a motion has the doubt of its time).
+inline constexpr int kWayScale = 6;
+inline constexpr int kTurnScale = 7;
+using DrLever = Eigen::Matrix<double, 6, 8>;
+using DrCoherent = Eigen::Matrix<double, 8, 8>;
+
+// Noise of a motion, split by how it goes on: see DrState.
 struct DrNoise {
-  Matrix6d white = Matrix6d::Zero();     // m^2, rad^2; right perturbation of T_BaBb
-  Matrix6d lever = Matrix6d::Zero();     // s; carries the twist error to the end of the motion
-  Matrix6d coherent = Matrix6d::Zero();  // (m/s)^2, (rad/s)^2; its covariance
+  Matrix6d white = Matrix6d::Zero();         // m^2, rad^2; right perturbation of T_BaBb
+  DrLever lever = DrLever::Zero();           // carries the common errors to the end of the motion
+  DrCoherent coherent = DrCoherent::Zero();  // their covariance, mean over the motion
+  double duration_s = 0;
+
   Matrix6d Covariance() const { return white + lever * coherent * lever.transpose(); }
+
+  // The motion goes on by T_step for dt_s > 0, with the noise that `state` tells.
+  void Append(const DrState& state, const SE3& T_step, double dt_s);
 };
 
 class DrHistory {

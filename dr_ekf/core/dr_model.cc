@@ -40,6 +40,9 @@ FilterState DrModel::Initial(Utime utime) const {
   state.P(kVelocity + 2, kVelocity + 2) = Square(kSidewaysSpeedPrior);
   if (imu_.present) {
     state.P.block<3, 3>(kGyroBias, kGyroBias).diagonal().setConstant(Square(kGyroBiasPrior));
+    state.P.block<3, 3>(kGyroScale, kGyroScale)
+        .diagonal()
+        .setConstant(Square(config_.gyro_scale_sigma));
     if (imu_.has_accel) {
       state.P.block<3, 3>(kAccelBias, kAccelBias).diagonal().setConstant(Square(kAccelBiasPrior));
     }
@@ -59,6 +62,7 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   state.T_OS = before.T_OS;
   state.gyro_bias = before.gyro_bias;
   state.accel_bias = before.accel_bias;
+  state.gyro_scale = before.gyro_scale;
   state.wheel_scale = before.wheel_scale;
   state.yaw_scale = before.yaw_scale;
   state.aligned = before.aligned;
@@ -72,11 +76,17 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   }
   const Matrix3d gyro = before.P.block<3, 3>(kGyroBias, kGyroBias);
   const Matrix3d accel = before.P.block<3, 3>(kAccelBias, kAccelBias);
+  const Matrix3d gyro_scale = before.P.block<3, 3>(kGyroScale, kGyroScale);
   state.P.block<3, 3>(kGyroBias, kGyroBias) = gyro;
   state.P.block<3, 3>(kAccelBias, kAccelBias) = accel;
+  state.P.block<3, 3>(kGyroScale, kGyroScale) = gyro_scale;
   state.P(kWheelScale, kWheelScale) = before.P(kWheelScale, kWheelScale);
   state.P(kYawScale, kYawScale) = before.P(kYawScale, kYawScale);
   return state;
+}
+
+Vector3d DrModel::Rate(const Vector3d& gyro_B, const FilterState& state) const {
+  return R_BI_ * state.gyro_scale.cwiseProduct(R_BI_.transpose() * gyro_B - state.gyro_bias);
 }
 
 bool DrModel::WheelsAlive(const FilterState& state) const {
@@ -99,7 +109,7 @@ void DrModel::ApplyImu(const ImuSample& imu, FilterState& state) const {
   state.gyro_B = R_BI_ * imu.w_I_rad_s;
   state.accel_B = R_BI_ * imu.a_I_m_s2;
   if (!state.stationary) {
-    state.w_OS_S = state.gyro_B - R_BI_ * state.gyro_bias;
+    state.w_OS_S = Rate(state.gyro_B, state);
     if (!state.aligned) state.w_OS_S.head<2>().setZero();
   }
   if (state.imu_has_accel && !state.aligned) Align(imu, state);

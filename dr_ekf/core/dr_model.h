@@ -51,6 +51,8 @@ class DrModel {
   // dr_model_propagation.cc
   // Up to the time of `imu` with its rates, or (null) with the newest rates up to `utime`.
   void PropagateTo(Utime utime, const ImuSample* imu, FilterState& state) const;
+  // True rate, axes of B, by what the gyro says in these axes.
+  Eigen::Vector3d Rate(const Eigen::Vector3d& gyro_B, const FilterState& state) const;
   Rates RatesBetween(Utime from, Utime to, const ImuSample* imu, const FilterState& state) const;
   void Integrate(const Rates& rates, double dt, FilterState& state) const;
   void Hold(double dt, FilterState& state) const;
@@ -72,6 +74,8 @@ class DrModel {
   // Motion of B since the clone.
   SE3 MotionSinceClone(const FilterState& state) const;
   double WayVariance(double way) const;
+  // Sideways, and likewise up. A turn on the spot is a way for the tyres too.
+  double SideVariance(double way, double turn) const;
   double WheelYawVariance(double way, double yaw) const;
   double TrackSpeed(double yaw, double dt) const;
 

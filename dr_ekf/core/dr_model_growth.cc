@@ -8,7 +8,7 @@
 namespace gw::dr_ekf {
 namespace {
 
-using Eigen::Matrix3d;
+using Eigen::Vector3d;
 
 }  // namespace
 
@@ -30,36 +30,46 @@ DrState DrModel::Publish(const FilterState& state) const {
   out.wheels_alive = WheelsAlive(state);
   out.imu_alive = ImuAlive(state);
 
+  const bool gyro = out.imu_alive;
+  if (out.wheels_alive) out.way_scale_sigma = std::sqrt(state.P(kWheelScale, kWheelScale));
+  if (gyro) {
+    // Of turns about z of B; a wheeled robot has hardly any others.
+    const Vector3d share = R_BI_.transpose().col(2).cwiseAbs2();
+    out.turn_scale = share.dot(state.gyro_scale);
+    out.turn_scale_sigma =
+        std::sqrt(share.dot(state.P.block<3, 3>(kGyroScale, kGyroScale) * share));
+  } else if (!state.heading_used) {
+    out.turn_scale = state.yaw_scale;
+    out.turn_scale_sigma = std::sqrt(state.P(kYawScale, kYawScale));
+  }
+
   out.cov_twist_white.diagonal().setConstant(kPoseFloor);
   if (state.stationary) return out;
   const double speed = out.v_OB_B.norm();
   const double rate = std::abs(out.w_OB_B.z());
-  const bool gyro = out.imu_alive;
   const bool accel = HasAccelerometer(state);
   // With an accelerometer the velocity's own covariance knows of a slip.
   const double slip = state.slip && !accel ? kSlipVarianceFactor : 1.0;
   Vector6d white = Vector6d::Zero();
   Matrix6d& C = out.cov_twist_coherent;
 
-  const double side = 2 * Square(config_.lateral_sigma_m_s) * kLateralCorrelation;
+  const double side = SideVariance(speed, rate);
   if (out.wheels_alive) {
     white.head<3>() << WayVariance(speed) * slip, side * slip, side;
     if (state.slip && accel) C.block<2, 2>(0, 0) = state.P.block<2, 2>(kVelocity, kVelocity);
-    C(0, 0) += Square(state.speed_doubt) + Square(speed) * state.P(kWheelScale, kWheelScale);
+    C(0, 0) += Square(state.speed_doubt);
   } else {
     C.block<3, 3>(0, 0) = state.P.block<3, 3>(kVelocity, kVelocity);
     white[1] = white[2] = side;
   }
   if (gyro) {
     white.tail<3>().setConstant(Square(imu_.gyro_noise));
-    const Matrix3d bias = state.P.block<3, 3>(kGyroBias, kGyroBias);
-    C.block<3, 3>(3, 3) = R_BI_ * bias * R_BI_.transpose();
+    C.block<3, 3>(3, 3) = R_BI_ * state.P.block<3, 3>(kGyroBias, kGyroBias) * R_BI_.transpose();
   } else if (state.heading_used) {
     white[5] = Square(kHeadingSigmaPerSqrtS) + Square(kHeadingSigmaPerSqrtRad) * rate;
     C(5, 5) = Square(kHeadingDrift);
   } else {
     white[5] = WheelYawVariance(speed, rate) * (state.slip ? kSlipVarianceFactor : 1.0);
-    C(5, 5) = Square(rate) * state.P(kYawScale, kYawScale);
   }
   if (!state.aligned) {
     white[3] = white[4] = 2 * Square(kFloorTilt) * speed / kFloorTiltWay;

@@ -32,7 +32,7 @@ DrModel::Rates DrModel::RatesBetween(Utime from, Utime to, const ImuSample* imu,
     has_accel = has_accel && imu->has_accel;
   }
   rates.gyro = true;
-  rates.w = w - R_BI_ * state.gyro_bias;
+  rates.w = Rate(w, state);
   if (!state.aligned) rates.w.head<2>().setZero();  // taken to stand flat
   if (has_accel && state.aligned) {
     rates.accel = true;
@@ -96,11 +96,16 @@ void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const
   A.block<3, 3>(0, 3) = -Skew(v);
   A.block<3, 3>(0, kVelocity).setIdentity();
   A.block<3, 3>(3, 3) = -Skew(w);
-  if (rates.gyro) A.block<3, 3>(3, kGyroBias) = -gyro_to_error;
+  const Matrix3d scale_to_rate = R_BI * (R_BI.transpose() * w).asDiagonal();
+  if (rates.gyro) {
+    A.block<3, 3>(3, kGyroBias) = -gyro_to_error;
+    A.block<3, 3>(3, kGyroScale) = gyro_to_error * (R_BI.transpose() * w).asDiagonal();
+  }
   if (rates.accel) {
     A.block<3, 3>(kVelocity, 3) = -Skew(R_OS.transpose() * kUp);
     A.block<3, 3>(kVelocity, kVelocity) = -Skew(w);
     A.block<3, 3>(kVelocity, kGyroBias) = -Skew(v) * R_BI;
+    A.block<3, 3>(kVelocity, kGyroScale) = Skew(v) * scale_to_rate;
     A.block<3, 3>(kVelocity, kAccelBias) = -R_BI;
   }
   TopTransition F = A * dt;
@@ -131,7 +136,7 @@ void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const
   if (rates.accel) {
     density.diagonal().segment<3>(kVelocity).array() += Square(imu_.accel_noise);
   } else {
-    const double side = 2 * Square(config_.lateral_sigma_m_s) / kLateralCorrelation;
+    const double side = SideVariance(v.norm(), w.z()) / Square(kLateralCorrelation);
     density.diagonal().segment<3>(kVelocity) +=
         Vector3d(2 * Square(kUnmeasuredSpeed) / kUnmeasuredSpeedMemory, side, side);
   }
@@ -145,6 +150,9 @@ void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const
       imu_.present ? Square(imu_.gyro_walk) * dt : 0.0;
   state.P.diagonal().segment<3>(kAccelBias).array() +=
       imu_.present && imu_.has_accel ? Square(imu_.accel_walk) * dt : 0.0;
+  if (config_.gyro_scale_sigma > 0 && imu_.present) {
+    state.P.diagonal().segment<3>(kGyroScale).array() += Square(kScaleWalk) * dt;
+  }
   if (config_.wheel_scale_sigma > 0) {
     state.P(kWheelScale, kWheelScale) += Square(kScaleWalk) * dt;
     state.P(kYawScale, kYawScale) += Square(kScaleWalk) * dt;

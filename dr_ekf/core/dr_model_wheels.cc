@@ -22,16 +22,21 @@ constexpr double kYawFloor = 1e-4;  // rad
 }  // namespace
 
 void DrModel::ApplySpeedPrior(double dt, FilterState& state) const {
-  const double side = 2 * Square(config_.lateral_sigma_m_s) * kLateralCorrelation / dt;
-  const Vector3d variance(2 * Square(kSpeedPrior) * kSpeedPriorMemory / dt, side, side);
   Eigen::Matrix<double, 3, kErrorSize> H = Eigen::Matrix<double, 3, kErrorSize>::Zero();
   H.block<3, 3>(0, kVelocity).setIdentity();
   const Vector3d v_B = state.v_OS_S - state.w_OS_S.cross(T_BS_.translation());
+  const double side = SideVariance(v_B.norm() + kLeastSpeed, state.w_OS_S.z()) / dt;
+  const Vector3d variance(2 * Square(kSpeedPrior) * kSpeedPriorMemory / dt, side, side);
   Update<3>(H, -v_B, variance.asDiagonal(), PoseUpdate::kCorrect, state);
 }
 
 double DrModel::WayVariance(double way) const {
   return Square(config_.wheel_sigma_m_per_sqrt_m) * std::abs(way);
+}
+
+double DrModel::SideVariance(double way, double turn) const {
+  const double tyre_way = std::abs(way) + 0.5 * wheel_.track_width_m * std::abs(turn);
+  return Square(config_.lateral_sigma_m_per_sqrt_m) * tyre_way;
 }
 
 double DrModel::WheelYawVariance(double way, double yaw) const {
@@ -91,7 +96,8 @@ void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
       H[kYawScale] = -sample.dyaw_rad;
     }
     state.P(5, 5) += kUnknownVariance;
-    Update<1>(H, Scalar(WrapAngle(yaw - angle.z())), Scalar(variance), PoseUpdate::kDefine, state);
+    Update<1>(H, Scalar(WrapAngle(yaw - angle.z())), Scalar(variance), PoseUpdate::kDefineTurn,
+              state);
     state.w_OS_S = Vector3d(0, 0, yaw / dt);
     return;
   }
@@ -142,8 +148,8 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
   H.block<3, 6>(0, kPose) = J * adj_BS_;
   H.block<3, 6>(0, kClone) = -J * T_ab.inverse().Adjoint() * adj_BS_;
 
-  const double side = 2 * Square(config_.lateral_sigma_m_s) * kLateralCorrelation * dt;
   const auto variance_of = [&](double driven) {
+    const double side = SideVariance(driven, angle.z());
     Vector3d out(WayVariance(driven), side, side);
     out.array() += Square(kWayFloor);
     if (sample.has_ticks) out.x() += Square(tick_m_) / 12.0;
@@ -173,7 +179,7 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
         variance[axis] = kUnknownVariance;
       }
     }
-    Update<3>(H, residual, variance.asDiagonal(), PoseUpdate::kCorrect, state);
+    Update<3>(H, residual, variance.asDiagonal(), PoseUpdate::kDefineWay, state);
     return;
   }
 
@@ -190,7 +196,7 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
     variance.x() += Square(state.speed_doubt) * 2 * kSlipHold * dt;  // coherent for as long
   }
   state.P.diagonal().head<3>().array() += kUnknownVariance;
-  Update<3>(H, way - way_filter, variance.asDiagonal(), PoseUpdate::kDefine, state);
+  Update<3>(H, way - way_filter, variance.asDiagonal(), PoseUpdate::kDefineWay, state);
   // The velocity is that of the interval.
   state.v_OS_S = v_now + state.w_OS_S.cross(arm);
   const Eigen::Matrix<double, 3, kErrorSize> scale_rows =

@@ -5,6 +5,43 @@
 
 namespace gw::dr_ekf {
 
+namespace {
+
+// What a measurement says of parameters (biases, scales) also tells where the whole way so far has
+// led: an optimal gain would move the pose of minutes ago, and with it the pose now, in one step
+// that looks like motion. Dead reckoning is there for relative motion. So that part of the
+// correction of the clone which follows from that of the parameters is left out, for place and
+// heading, and the pose moves with the clone. Tilt is absolute (gravity) and is corrected in full.
+// Any gain is honest in the Joseph form.
+template <int kRows>
+void KeepThePast(const FilterState& state, Eigen::Matrix<double, kErrorSize, kRows>* K) {
+  constexpr int kParameters = kClone - kGyroBias;
+  const Eigen::Vector3d up = state.T_OS_clone.rotation().conjugate() * Eigen::Vector3d::UnitZ();
+  const Eigen::Matrix<double, kParameters, kParameters> cov =
+      state.P.block<kParameters, kParameters>(kGyroBias, kGyroBias);
+  // Parameters that are known have no variance; LDLT gives them no part.
+  Eigen::Matrix<double, 6, kRows> shift =
+      state.P.block<6, kParameters>(kClone, kGyroBias) *
+      cov.ldlt().solve(K->template middleRows<kParameters>(kGyroBias));
+  shift.template bottomRows<3>() = (up * up.transpose() * shift.template bottomRows<3>()).eval();
+  K->template middleRows<6>(kClone) -= shift;
+  const SE3 T_now_clone = state.T_OS.inverse() * state.T_OS_clone;
+  K->template middleRows<6>(kPose) -= T_now_clone.Adjoint() * shift;
+}
+
+// Moves a pose by its correction, and its error along: an error of O, which all poses have in
+// common and no measurement between two of them tells, must stay one for the moved pose. Else the
+// next measurement takes a part of it for knowledge.
+void MovePose(const Vector6d& d, int begin, SE3* T, FilterState& state) {
+  *T = *T * SE3::Exp(d);
+  const Matrix6d adj = SE3::Exp(-d).Adjoint();
+  state.P.middleRows<6>(begin) = (adj * state.P.middleRows<6>(begin)).eval();
+  state.P.middleCols<6>(begin) = (state.P.middleCols<6>(begin) * adj.transpose()).eval();
+  state.transition.middleRows<6>(begin) = (adj * state.transition.middleRows<6>(begin)).eval();
+}
+
+}  // namespace
+
 template <int kRows>
 void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
             const Eigen::Matrix<double, kRows, 1>& innovation,
@@ -16,6 +53,8 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   if (hold) {
     K.template topRows<9>().setZero();
     K.template bottomRows<6>().setZero();
+  } else if (state.has_clone) {
+    KeepThePast<kRows>(state, &K);
   }
   ErrorMatrix IKH = ErrorMatrix::Identity();
   IKH.noalias() -= K * H;
@@ -23,20 +62,22 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   state.P = 0.5 * (P + P.transpose());
   state.transition = (IKH * state.transition).eval();
 
-  if (mode == PoseUpdate::kCorrect) {
-    const auto K_pose = K.template topRows<6>();
+  if (mode == PoseUpdate::kCorrect || mode == PoseUpdate::kDefineWay) {
+    Eigen::Matrix<double, 6, kRows> K_pose = K.template topRows<6>();
+    if (mode == PoseUpdate::kDefineWay) K_pose.template topRows<3>().setZero();
     state.correction_rate += K_pose * S * K_pose.transpose() / kCorrectionMemory;
   }
 
   const ErrorVector d = K * innovation;
   if (!hold) {
-    state.T_OS = state.T_OS * SE3::Exp(d.segment<6>(kPose));
-    state.T_OS_clone = state.T_OS_clone * SE3::Exp(d.segment<6>(kClone));
+    MovePose(d.segment<6>(kPose), kPose, &state.T_OS, state);
+    MovePose(d.segment<6>(kClone), kClone, &state.T_OS_clone, state);
     state.v_OS_S += d.segment<3>(kVelocity);
   }
   state.gyro_bias += d.segment<3>(kGyroBias);
   state.accel_bias += d.segment<3>(kAccelBias);
   // Far outside the prior the linear model means nothing; the bounds keep hostile data harmless.
+  state.gyro_scale = (state.gyro_scale + d.segment<3>(kGyroScale)).cwiseMax(0.8).cwiseMin(1.2);
   state.wheel_scale = std::clamp(state.wheel_scale + d[kWheelScale], 0.5, 2.0);
   state.yaw_scale = std::clamp(state.yaw_scale + d[kYawScale], 0.5, 2.0);
 }

@@ -21,8 +21,9 @@ inline constexpr int kGyroBias = 9;     // 3: in I
 inline constexpr int kAccelBias = 12;   // 3: in I
 inline constexpr int kWheelScale = 15;  // 1: true way / measured way
 inline constexpr int kYawScale = 16;    // 1: true / measured yaw of the wheels
-inline constexpr int kClone = 17;       // 6
-inline constexpr int kErrorSize = 23;
+inline constexpr int kGyroScale = 17;   // 3: in I, true / measured rate
+inline constexpr int kClone = 20;       // 6
+inline constexpr int kErrorSize = 26;
 using ErrorVector = Eigen::Matrix<double, kErrorSize, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 
@@ -45,6 +46,7 @@ struct FilterState {
   Eigen::Vector3d w_OS_S = Eigen::Vector3d::Zero();  // newest rate, bias removed; not estimated
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gyro_scale = Eigen::Vector3d::Ones();
   double wheel_scale = 1.0;
   double yaw_scale = 1.0;
   SE3 T_OS_clone;

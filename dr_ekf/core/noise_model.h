@@ -15,11 +15,12 @@ inline constexpr double kSidewaysSpeedPrior = 0.1;  // m/s
 inline constexpr double kTiltPrior = 0.05;          // rad: 0.5 m/s^2 of motion while levelling
 inline constexpr double kLevelingSigma = 0.05;      // m/s^2, unseen motion during levelling
 
-// The wheel scales drift this slowly (temperature, tyre wear, payload): 0.04 % in an hour.
+// The scales of wheels and gyro drift this slowly (temperature, tyre wear, payload): 0.04 % in an
+// hour.
 inline constexpr double kScaleWalk = 6e-6;  // 1/sqrt(s)
 
-// Sideways slip is a velocity of sigma `lateral_sigma_m_s` that stays for about this long, so that
-// it moves the robot like white noise of density 2 sigma^2 tau.
+// Sideways (and vertical) motion is white per way: scrub of the tyres, thresholds. A sideways
+// velocity stays for about this long.
 inline constexpr double kLateralCorrelation = 0.1;  // s
 
 // Without an accelerometer the robot is taken to stand flat. How far a floor is from that: roll and
@@ -37,6 +38,7 @@ inline constexpr double kUnmeasuredTiltDensity = 4e-4;   // rad^2/s, roll and pi
 // With an accelerometer and without wheels, integration runs away in a minute. A wheeled robot's
 // speed does not: this prior bounds it.
 inline constexpr double kSpeedPrior = 1.0;        // m/s
+inline constexpr double kLeastSpeed = 0.1;        // m/s, at which it may still slide
 inline constexpr double kSpeedPriorMemory = 10.;  // s
 
 // The base's own gyro heading (Kobuki: 0.01 deg steps, scale errors of a few tenths of a percent,

@@ -1,6 +1,7 @@
 #include "dr_ekf/core/pose_composer.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dr_ekf/core/noise_model.h"
 
@@ -13,6 +14,25 @@ constexpr DurationUs kMaxExtrapolation = Milliseconds(100);
 constexpr double kResetWay = 0.1;   // m
 constexpr double kResetTurn = 0.1;  // rad
 
+// Than what T_OB makes of the last one.
+bool IsBetterThanDeadReckoning(const FramePose& frame) {
+  switch (frame.status) {
+    case TrackingStatus::kTracking:
+    case TrackingStatus::kDegraded:
+    case TrackingStatus::kDrOnly:  // without the scale errors that vision has seen (ADR 11)
+      return true;
+    case TrackingStatus::kRecovering:
+      // Found again, or doubted: then the covariance takes our claim back. A front-end that only
+      // begins knows less than we do.
+      return frame.reason != TrackingReason::kPlaceUnknown;
+    case TrackingStatus::kInvalid:
+    case TrackingStatus::kInitializing:
+    case TrackingStatus::kLost:
+      return false;
+  }
+  return false;
+}
+
 }  // namespace
 
 void PoseComposer::Anchor(const SE3& T_WB, const Matrix6d& cov_T_WB, const SE3& T_OB) {
@@ -20,14 +40,13 @@ void PoseComposer::Anchor(const SE3& T_WB, const Matrix6d& cov_T_WB, const SE3& 
   const Matrix6d adj = T_OB.Adjoint();
   cov_T_WO_ = adj * cov_T_WB * adj.transpose();
   cov_ = cov_T_WB;
-  lever_.setZero();
-  coherent_.setZero();
-  duration_s_ = 0;
+  noise_ = DrNoise();
 }
 
 std::optional<Pose> PoseComposer::Push(const DrState& state) {
   if (!state.T_OB.IsFinite() || !state.cov_twist_white.allFinite() ||
-      !state.cov_twist_coherent.allFinite()) {
+      !state.cov_twist_coherent.allFinite() || !std::isfinite(state.way_scale_sigma) ||
+      !std::isfinite(state.turn_scale_sigma)) {
     return std::nullopt;
   }
   if (newest_ && state.reset_counter != newest_->reset_counter) {
@@ -41,11 +60,10 @@ std::optional<Pose> PoseComposer::Push(const DrState& state) {
     history_.Clear();
   } else if (newest_ && state.utime > newest_->utime) {
     const double dt = (state.utime - newest_->utime).seconds();
-    const Matrix6d adj = (state.T_OB.inverse() * newest_->T_OB).Adjoint();
-    cov_ = adj * cov_ * adj.transpose() + state.cov_twist_white * dt;
-    lever_ = adj * lever_ + Matrix6d::Identity() * dt;
-    coherent_ += state.cov_twist_coherent * dt;
-    duration_s_ += dt;
+    const SE3 T_step = newest_->T_OB.inverse() * state.T_OB;
+    const Matrix6d adj = T_step.inverse().Adjoint();
+    cov_ = adj * cov_ * adj.transpose();
+    noise_.Append(state, T_step, dt);
   }
   if (!history_.Push(state)) return std::nullopt;
   newest_ = state;
@@ -56,8 +74,7 @@ std::optional<Pose> PoseComposer::Push(const DrState& state) {
   pose.T_WO = T_WO_;
   pose.cov_T_WO = cov_T_WO_;
   pose.T_WB = T_WO_ * state.T_OB;
-  pose.cov_T_WB = cov_;
-  if (duration_s_ > 0) pose.cov_T_WB += lever_ * (coherent_ / duration_s_) * lever_.transpose();
+  pose.cov_T_WB = cov_ + noise_.Covariance();
   pose.v_WB_B = state.v_OB_B;
   pose.w_WB_B = state.w_OB_B;
   pose.has_map = has_map_;
@@ -70,27 +87,6 @@ std::optional<Pose> PoseComposer::Push(const DrState& state) {
   return pose;
 }
 
-bool PoseComposer::IsBetterThanDeadReckoning(const FramePose& frame) const {
-  switch (frame.status) {
-    case TrackingStatus::kTracking:
-    case TrackingStatus::kDegraded:
-      return true;
-    case TrackingStatus::kRecovering:
-      // Found again, or doubted: then the covariance takes our claim back. A front-end that only
-      // begins knows less than we do.
-      return frame.reason != TrackingReason::kPlaceUnknown;
-    case TrackingStatus::kDrOnly:
-      // Dead reckoning from the same image as ours: nothing new. But it tells where W is when we
-      // have no W yet, or when the map has moved under us.
-      return !has_map_ || frame.map_revision != map_revision_;
-    case TrackingStatus::kInvalid:
-    case TrackingStatus::kInitializing:
-    case TrackingStatus::kLost:
-      return false;
-  }
-  return false;
-}
-
 LatchResult PoseComposer::Push(const FramePose& frame) {
   if (!frame.T_WB.IsFinite() || !frame.cov_T_WB.allFinite()) return LatchResult::kInvalid;
   if (!IsBetterThanDeadReckoning(frame)) return LatchResult::kIgnoredStatus;
@@ -101,10 +97,10 @@ LatchResult PoseComposer::Push(const FramePose& frame) {
   Anchor(frame.T_WB, frame.cov_T_WB, *T_OB);
   if (frame.utime < newest_->utime) {
     const std::optional<DrIncrement> since =
-        history_.Increment(frame.utime, newest_->utime, kMaxExtrapolation);
+        history_.Increment(frame.utime, newest_->utime, kMaxExtrapolation, &noise_);
     if (since) {
       const Matrix6d adj = since->T_BaBb.inverse().Adjoint();
-      cov_ = adj * cov_ * adj.transpose() + since->cov;
+      cov_ = adj * cov_ * adj.transpose();
     }
   }
   has_map_ = true;

@@ -1,7 +1,8 @@
-// The pose for control: T_WB = T_WO * T_OB at DR rate. Vision corrects it only through T_WO, which
-// is latched anew by every image whose pose vision carries; between images, and for as long as
-// vision is gone, dead reckoning carries on from the last one. An image that puts the place in
-// doubt is latched too: its covariance says that the pose may be anywhere.
+// The pose for control: T_WB = T_WO * T_OB at DR rate. The front-end corrects it only through T_WO,
+// which is latched anew by every image whose pose vision carries, or dead reckoning as the
+// front-end has calibrated it; between images, and for as long as there are none, dead reckoning
+// carries on. An image that puts the place in doubt is latched too: its covariance says that the
+// pose may be anywhere.
 //
 // Covariance: that of the latched image pose, moved along, plus the growth of dead reckoning since
 // that image (white and coherent parts, see DrState).
@@ -31,7 +32,6 @@ class PoseComposer {
 
  private:
   void Anchor(const SE3& T_WB, const Matrix6d& cov_T_WB, const SE3& T_OB);
-  bool IsBetterThanDeadReckoning(const FramePose& frame) const;
 
   DrHistory history_;
   std::optional<DrState> newest_;
@@ -46,12 +46,10 @@ class PoseComposer {
   int64_t frame_seq_ = 0;
   int64_t map_revision_ = 0;
 
-  // Covariance of T_WB at the newest state: map part and white growth, and the coherent growth as
-  // lever * (coherent / duration) * lever^T.
+  // At the newest state: the covariance of the latched pose, carried along, and the noise of the
+  // motion since.
   Matrix6d cov_ = Matrix6d::Zero();
-  Matrix6d lever_ = Matrix6d::Zero();
-  Matrix6d coherent_ = Matrix6d::Zero();
-  double duration_s_ = 0;
+  DrNoise noise_;
 };
 
 }  // namespace gw::dr_ekf

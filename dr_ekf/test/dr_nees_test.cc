@@ -89,6 +89,7 @@ TEST_P(DrNees, IncrementsAreHonest) {
     options.true_scale = 1 + config.wheel_scale_sigma * rng.Normal();
     options.true_yaw_scale = 1 + config.wheel_scale_sigma * rng.Normal();
     for (int i = 0; i < 3; ++i) {
+      options.gyro_scale[i] = 1 + config.gyro_scale_sigma * rng.Normal();
       options.gyro_bias[i] = kGyroBiasPrior * rng.Normal();
       options.accel_bias[i] = kAccelBiasPrior * rng.Normal();
     }

@@ -60,9 +60,9 @@ TEST(PoseComposer, LatchesTheFrameAtTheTimeOfItsImage) {
   EXPECT_LT(Distance(pose->T_WO * StateAt(210).T_OB, pose->T_WB), 1e-12);
 }
 
-TEST(PoseComposer, IgnoresFramesThatVisionDoesNotCarry) {
-  for (const TrackingStatus status : {TrackingStatus::kInvalid, TrackingStatus::kInitializing,
-                                      TrackingStatus::kLost, TrackingStatus::kDrOnly}) {
+TEST(PoseComposer, IgnoresFramesWithoutAPose) {
+  for (const TrackingStatus status :
+       {TrackingStatus::kInvalid, TrackingStatus::kInitializing, TrackingStatus::kLost}) {
     PoseComposer composer;
     composer.Push(StateAt(0));
     composer.Push(StateAt(100));
@@ -109,6 +109,24 @@ TEST(PoseComposer, FollowsAMapThatMovesWhileVisionIsGone) {
   blind.map_revision = 7;
   EXPECT_EQ(composer.Push(blind), LatchResult::kLatched);
   EXPECT_EQ(composer.Push(StateAt(110))->map_revision, 7);
+}
+
+// The front-end knows by vision that dead reckoning tells 2 % of the way too much.
+TEST(PoseComposer, FollowsTheCalibratedDeadReckoningOfTheFrontEndWhileVisionIsGone) {
+  PoseComposer composer;
+  composer.Push(StateAt(0));
+  ASSERT_EQ(composer.Push(FrameAt(0, Somewhere(3))), LatchResult::kLatched);
+  std::optional<Pose> pose;
+  const auto Moved = [](double way) { return SE3(Eigen::Quaterniond::Identity(), {way, 0, 0}); };
+  for (int ms = 10; ms <= 10000; ms += 10) {
+    pose = composer.Push(StateAt(ms));
+    if (ms % 50 != 0 || ms > 9900) continue;
+    const SE3 T_WB = Somewhere(3) * Moved(0.98e-3 * ms);
+    ASSERT_EQ(composer.Push(FrameAt(ms, T_WB, TrackingStatus::kDrOnly)), LatchResult::kLatched);
+  }
+  const SE3 expected = Somewhere(3) * Moved(0.98 * 9.9 + 0.1);
+  EXPECT_LT(Distance(pose->T_WB, expected), 1e-9);
+  EXPECT_EQ(pose->frame_pose_age_us, 100000);
 }
 
 TEST(PoseComposer, RefusesStaleUncoveredAndInvalidFrames) {

@@ -58,9 +58,8 @@ std::vector<Motion> Drive(const DrEkfConfig& config, const SimOptions& options, 
   CounterRng rng(options.seed, 1, 0);
   const int steps = static_cast<int>(std::lround(options.duration_s / kStep));
   std::vector<Motion> out(steps + 1);
-  // Same low-frequency power as (lateral_sigma, kLateralCorrelation), faster corner.
   const double side_tau = 0.05;
-  const double side_sigma = config.lateral_sigma_m_s * std::sqrt(kLateralCorrelation / side_tau);
+  const double side_sigma = 1 / std::sqrt(2 * side_tau);  // white of density 1 at low frequency
   SmoothNoise side(side_sigma, side_tau), up(side_sigma, side_tau);
   SmoothNoise roll(options.floor_tilt, 0.5), pitch(options.floor_tilt, 0.5);
   double v_goal = 0, w_goal = 0, v_ramp = 0, w_ramp = 0, v1 = 0, w1 = 0, v = 0, w = 0;
@@ -87,9 +86,9 @@ std::vector<Motion> Drive(const DrEkfConfig& config, const SimOptions& options, 
     if (v_goal == 0 && w_goal == 0 && std::abs(v) < 1e-5 && std::abs(w) < 1e-5) {
       v = w = v1 = w1 = v_ramp = w_ramp = 0;
     }
-    // A resting robot does not slide; the slide fades in with the speed.
-    const double moving = std::min(1.0, std::abs(v) / 0.05);
-    if (moving > 0) {
+    // White per way, so that a resting robot does not slide.
+    const double slide = config.lateral_sigma_m_per_sqrt_m * std::sqrt(std::abs(v));
+    if (slide > 0) {
       side.Advance(kStep, rng);
       up.Advance(kStep, rng);
     }
@@ -119,7 +118,7 @@ std::vector<Motion> Drive(const DrEkfConfig& config, const SimOptions& options, 
         Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) *
         Eigen::AngleAxisd(rough ? pitch.value() + bump_pitch : 0, Vector3d::UnitY()) *
         Eigen::AngleAxisd(rough ? roll.value() : 0, Vector3d::UnitX());
-    const Vector3d v_B(ground_v, moving * side.value(), rough ? moving * up.value() + climb : 0);
+    const Vector3d v_B(ground_v, slide * side.value(), rough ? slide * up.value() + climb : 0);
     p += q_before.slerp(0.5, q) * v_B * kStep;
     out[i].T_GB = SE3(q, p);
     out[i].v_B = v_B;
@@ -210,7 +209,7 @@ Recording Simulate(const Calibration& calibration, const DrEkfConfig& config,
       s.utime = time(i) + DurationFromSeconds(imu.time_offset_s);
       s.seq = ++seq;
       const Vector3d w_B = 0.5 * (rate_B(i) + rate_B(i + 1)) + step;
-      s.w_I_rad_s = R_IB * w_B + bias_g;
+      s.w_I_rad_s = options.gyro_scale.cwiseInverse().cwiseProduct(R_IB * w_B) + bias_g;
       for (int k = 0; k < 3; ++k) s.w_I_rad_s[k] += imu.gyro_noise * root_rate * rng.Normal();
       if (imu.has_accel) {
         s.has_accel = true;

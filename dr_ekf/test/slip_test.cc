@@ -32,6 +32,7 @@ SimOptions HardDriving(uint64_t seed, CounterRng& rng) {
   options.bumps_per_minute = 10;
   options.wheel_noise = rng.Uniform(0.4, 1.0);
   for (int i = 0; i < 3; ++i) {
+    options.gyro_scale[i] = 1 + DrEkfConfig().gyro_scale_sigma * rng.Normal();
     options.gyro_bias[i] = kGyroBiasPrior * rng.Normal();
     options.accel_bias[i] = kAccelBiasPrior * rng.Normal();
   }

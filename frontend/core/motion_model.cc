@@ -36,7 +36,8 @@ Motion MotionModel::Between(Utime a, Utime b) const {
       const SE3 T_CB = T_BC_.inverse();
       const Matrix6d to_camera = T_CB.Adjoint();
       out.T_BaBb_dr = increment->T_BaBb;
-      out.T_ab = T_CB * calibration_.Corrected(out.T_BaBb_dr) * T_BC_;
+      out.T_ab = T_CB * calibration_.Corrected(out.T_BaBb_dr, dr_.newest()) * T_BC_;
+      calibration_.Limit(&noise_B, dr_.newest());
       out.noise.white = to_camera * noise_B.white * to_camera.transpose();
       out.noise.lever = to_camera * noise_B.lever;
       out.noise.coherent = noise_B.coherent;
@@ -66,8 +67,13 @@ std::optional<SE3> MotionModel::OdometryPose(Utime utime) const {
 }
 
 std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
-  auto increment = dr_.Increment(a, b, kMaxExtrapolation);
-  if (increment) increment->T_BaBb = calibration_.Corrected(increment->T_BaBb);
+  DrNoise noise;
+  auto increment = dr_.Increment(a, b, kMaxExtrapolation, &noise);
+  if (increment) {
+    increment->T_BaBb = calibration_.Corrected(increment->T_BaBb, dr_.newest());
+    calibration_.Limit(&noise, dr_.newest());
+    increment->cov = noise.Covariance();
+  }
   return increment;
 }
 
@@ -75,7 +81,7 @@ void MotionModel::Observe(const SE3& T_ab, const Motion& expected, Utime a, Utim
   if (a == observed_) velocity_ = T_ab.Log() / (b - a).seconds();
   observed_ = b;
   if (healthy && calibrate_dr_ && expected.from_dr && !expected.slip) {
-    calibration_.Observe(expected.T_BaBb_dr, T_BC_ * T_ab * T_BC_.inverse(), b - a);
+    calibration_.Observe(expected.T_BaBb_dr, T_BC_ * T_ab * T_BC_.inverse(), b - a, dr_.newest());
   } else {
     calibration_.Interrupt();
   }

@@ -12,10 +12,13 @@
 namespace gw::frontend {
 namespace {
 
-Vector6d Draw(CounterRng* rng, const Matrix6d& cov) {
-  Vector6d normal;
-  for (int i = 0; i < 6; ++i) normal[i] = rng->Normal();
-  return Eigen::LLT<Matrix6d>(cov + 1e-18 * Matrix6d::Identity()).matrixL() * normal;
+template <int kSize>
+Eigen::Matrix<double, kSize, 1> Draw(CounterRng* rng,
+                                     const Eigen::Matrix<double, kSize, kSize>& cov) {
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  Eigen::Matrix<double, kSize, 1> normal;
+  for (int i = 0; i < kSize; ++i) normal[i] = rng->Normal();
+  return Eigen::LLT<Matrix>(cov + 1e-18 * Matrix::Identity()).matrixL() * normal;
 }
 
 Matrix6d Diagonal(double translation, double rotation) {
@@ -24,6 +27,8 @@ Matrix6d Diagonal(double translation, double rotation) {
       Eigen::Vector3d::Constant(rotation * rotation);
   return d.asDiagonal();
 }
+
+constexpr DurationUs kPeriod{33333};
 
 // Images 0..19 with vision, then blind. One step of motion and its noise.
 struct Track {
@@ -34,8 +39,10 @@ struct Track {
 
   Track() {
     noise.white = Diagonal(0.001, 0.0005);
-    noise.lever = 0.033 * T_ab.inverse().Adjoint();
-    noise.coherent = Diagonal(0.02, 0.004);
+    noise.lever.leftCols<6>() = 0.033 * T_ab.inverse().Adjoint();
+    noise.lever.col(kWayScale).head<3>() = T_ab.translation();
+    noise.coherent.topLeftCorner<6, 6>() = Diagonal(0.02, 0.004);
+    noise.coherent(kWayScale, kWayScale) = 0.1 * 0.1;
   }
 };
 
@@ -43,32 +50,57 @@ TEST(PoseUncertainty, AgreesWithTheSpreadOfManyTracks) {
   constexpr int kTracks = 4000;
   constexpr int kImages = 60;
   constexpr int kSeeing = 20;
+  constexpr int kSpan = 10;
   const Track track;
   const Matrix6d hessian_inverse = (track.vision_information + track.prior_information).inverse();
   const Matrix6d K = hessian_inverse * track.vision_information;
   const Matrix6d A = track.T_ab.inverse().Adjoint();
   const Matrix6d vision_cov = VisionCovariance(track.vision_information);
+  const double kept = std::exp(-kPeriod.seconds() / PoseUncertainty::kVisionMemory);
 
   PoseUncertainty uncertainty;
   uncertainty.Reset(Matrix6d::Identity() * 1e-12);
+  SE3 T_WC;
+  std::vector<Matrix6d> motion_cov;  // of the motion over the kSpan images before each
   for (int i = 0; i < kImages; ++i) {
-    uncertainty.Predict(track.T_ab, track.noise);
+    uncertainty.Predict(track.T_ab, track.noise, kPeriod);
+    T_WC = T_WC * track.T_ab;
     if (i < kSeeing) uncertainty.Update(track.vision_information, track.prior_information);
+    const auto motion = uncertainty.Remember({i * kPeriod.us}, T_WC, {kSpan * kPeriod.us});
+    ASSERT_EQ(motion.has_value(), i >= kSpan - 1) << i;  // one image less is near enough
+    motion_cov.push_back(motion ? motion->cov : Matrix6d::Zero());
+    if (i >= kSpan) {
+      EXPECT_EQ(motion->length.us, kSpan * kPeriod.us);
+    }
   }
 
+  Matrix6d A_span = Matrix6d::Identity();
+  for (int i = 0; i < kSpan; ++i) A_span = A * A_span;
   Matrix6d spread = Matrix6d::Zero();
+  std::vector<Vector6d> motion_spread(kImages, Vector6d::Zero());
   for (int t = 0; t < kTracks; ++t) {
     CounterRng rng(5, 0, static_cast<uint64_t>(t));
-    const Vector6d c = Draw(&rng, track.noise.coherent);
+    const auto c = Draw(&rng, track.noise.coherent);
     Vector6d x = Vector6d::Zero();
+    Vector6d v = Draw(&rng, vision_cov);
+    std::vector<Vector6d> errors;
     for (int i = 0; i < kImages; ++i) {
       x = A * x + track.noise.lever * c + Draw(&rng, track.noise.white);
-      if (i < kSeeing) x += K * (Draw(&rng, vision_cov) - x);
+      v = kept * v + std::sqrt(1 - kept * kept) * Draw(&rng, vision_cov);
+      if (i < kSeeing) x += K * (v - x);
+      errors.push_back(x);
+      if (i < kSpan) continue;
+      const Vector6d motion_error = x - A_span * errors[i - kSpan];
+      motion_spread[i] += motion_error.cwiseAbs2() / kTracks;
     }
     spread += x * x.transpose() / kTracks;
   }
   for (int i = 0; i < 6; ++i) {
     EXPECT_NEAR(spread(i, i) / uncertainty.cov()(i, i), 1.0, 0.1) << i;
+    // Seen all the time, going blind in it, blind all the time.
+    for (const int image : {kSeeing - 1, kSeeing + kSpan / 2, kImages - 1}) {
+      EXPECT_NEAR(motion_spread[image][i] / motion_cov[image](i, i), 1.0, 0.1) << image << i;
+    }
   }
 }
 
@@ -77,10 +109,10 @@ TEST(PoseUncertainty, BlindItIsTheGrowthThatDeadReckoningReports) {
   PoseUncertainty uncertainty;
   uncertainty.Reset(Matrix6d::Zero());
   Matrix6d white = Matrix6d::Zero();
-  Matrix6d lever = Matrix6d::Zero();
+  DrLever lever = DrLever::Zero();
   const Matrix6d A = track.T_ab.inverse().Adjoint();
   for (int i = 0; i < 300; ++i) {
-    uncertainty.Predict(track.T_ab, track.noise);
+    uncertainty.Predict(track.T_ab, track.noise, kPeriod);
     white = A * white * A.transpose() + track.noise.white;
     lever = A * lever + track.noise.lever;
   }
@@ -92,7 +124,7 @@ TEST(PoseUncertainty, VisionAloneForgetsTheDrift) {
   const Track track;
   PoseUncertainty uncertainty;
   uncertainty.Reset(Diagonal(1.0, 0.5));
-  uncertainty.Predict(track.T_ab, track.noise);
+  uncertainty.Predict(track.T_ab, track.noise, kPeriod);
   uncertainty.Update(track.vision_information, Matrix6d::Zero());
   const Matrix6d expected = VisionCovariance(track.vision_information);
   EXPECT_LT((uncertainty.cov() - expected).norm(), 1e-9 * expected.norm());

@@ -52,7 +52,7 @@ class Tracker::Impl {
   bool map_there() const { return map_known_ && !map_.empty(); }
   FoundPose Find(const SE3& T_WC_predicted, const Motion& motion, Utime utime);
   FoundPose FindAnywhere(Utime utime);
-  bool TakePlace(const Motion& motion, FoundPose* found);
+  bool TakePlace(const Motion& motion, Utime utime, FoundPose* found);
   bool Believable(const FoundPose& found, const Motion& motion, const SE3& T_ab, bool hinted);
   PlaceEvidence Evidence(const FramePose& report, int num_inliers) const;
   void Accept(const FoundPose& found, const FeatureFrame& frame, const Motion& motion,
@@ -62,6 +62,7 @@ class Tracker::Impl {
   Keyframe MakeKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                         const FramePose& report);
   void FillPose(FramePose* report) const;
+  void FillMotion(FramePose* report);
   void ConsiderPlace(const FeatureFrame& frame, const PlaceEvidence& evidence, bool hinted,
                      TrackerOutput* out);
 
@@ -134,14 +135,14 @@ FoundPose Tracker::Impl::FindAnywhere(Utime utime) {
 
 // Tracks the image from the confirmed place, which is taken over when the image is seen there. Call
 // after uncertainty_ was predicted.
-bool Tracker::Impl::TakePlace(const Motion& motion, FoundPose* found) {
+bool Tracker::Impl::TakePlace(const Motion& motion, Utime utime, FoundPose* found) {
   const auto T_OC = motion_.OdometryPose(utime_);
   if (!T_OC) return false;
   const SE3 T_WC = confirmed_->T_WO * *T_OC;  // of the last image
   const SE3 T_WC_predicted = T_WC * motion.T_ab;
   PoseUncertainty uncertainty;
   uncertainty.Reset(confirmed_->cov_T_WC);
-  uncertainty.Predict(motion.T_ab, motion.noise);
+  uncertainty.Predict(motion.T_ab, motion.noise, utime - utime_);
   PosePrediction prediction;
   prediction.T_WC = T_WC_predicted;
   prediction.search_cov = uncertainty.cov() + motion.weight_cov;
@@ -271,6 +272,14 @@ Keyframe Tracker::Impl::MakeKeyframe(Utime utime, const FeatureFrame& frame, con
   return k;
 }
 
+void Tracker::Impl::FillMotion(FramePose* report) {
+  const auto motion = uncertainty_.Remember(report->utime, T_WC_, FramePose::kMotionSpan);
+  if (!motion) return;
+  const Matrix6d adj = camera_.T_BC.Adjoint();
+  report->motion_us = motion->length.us;
+  report->cov_motion = adj * motion->cov * adj.transpose();
+}
+
 void Tracker::Impl::FillPose(FramePose* report) const {
   report->T_WB = T_WC_ * camera_.T_BC.inverse();
   const Matrix6d adj = camera_.T_BC.Adjoint();
@@ -312,7 +321,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   Motion motion;
   if (has_image_) {
     motion = motion_.Between(utime_, utime);
-    uncertainty_.Predict(motion.T_ab, motion.noise);
+    uncertainty_.Predict(motion.T_ab, motion.noise, utime - utime_);
   } else {
     T_WC_ = motion_.FirstPose(utime);
     uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
@@ -343,7 +352,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     report.reason = TrackingReason::kNoMap;
     if (map_there()) {
       finder_.SetImage(frame);
-      snapped = confirmed_ && TakePlace(motion, &found);
+      snapped = confirmed_ && TakePlace(motion, utime, &found);
       confirmed_.reset();
       if (!snapped) {
         found = placed_ || hinted ? Find(T_WC_ * motion.T_ab, motion, utime) : FindAnywhere(utime);
@@ -416,6 +425,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   }
   if (keyframe) out.keyframe = MakeKeyframe(utime, *frame, vision ? found : FoundPose{}, report);
   FillPose(&report);
+  FillMotion(&report);
   return out;
 }
 

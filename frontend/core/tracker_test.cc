@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <map>
 
@@ -179,6 +180,22 @@ TEST(Tracker, CovarianceGrowsWhileBlindAndShrinksAfter) {
     last = trace;
   }
   EXPECT_LT(run.poses[299].cov_T_WB.diagonal().head<3>().sum(), last);
+}
+
+// Poses a second apart share their drift: the motion between them is known better than two
+// independent poses would say.
+TEST(Tracker, TellsTheCovarianceOfItsMotion) {
+  const Recording run = Drive(Variant::kFull, 200, 100, 160, 1.0);
+  EXPECT_EQ(run.poses[20].motion_us, 0);
+  for (size_t i = 32; i < run.poses.size(); ++i) {
+    const FramePose& b = run.poses[i];
+    ASSERT_EQ(b.motion_us, 30 * kFrameUs) << i;
+    EXPECT_GT(b.cov_motion.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0) << i;
+    const FramePose& a = run.poses[i - 30];
+    const Matrix6d adj = (b.T_WB.inverse() * a.T_WB).Adjoint();
+    const Matrix6d independent = b.cov_T_WB + adj * a.cov_T_WB * adj.transpose();
+    EXPECT_LE(b.cov_motion.trace(), independent.trace() * (1 + 1e-9)) << i;
+  }
 }
 
 TEST(Tracker, BlindPoseIsExactlyTheDeadReckoning) {

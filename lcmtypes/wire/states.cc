@@ -38,9 +38,12 @@ static void Fields(A& a, typename A::template Of<DrState>& m) {
   Vector(a, "gyro_bias_rad_s", m.gyro_bias_rad_s);
   Vector(a, "accel_bias_m_s2", m.accel_bias_m_s2);
   a.Real("wheel_scale", m.wheel_scale, 0, kMaxReal);
+  a.Real("turn_scale", m.turn_scale, 0, kMaxReal);
   Covariance(a, "cov_T_OB_m2_rad2", m.cov_T_OB);
   Covariance(a, "cov_twist_white_m2_s_rad2_s", m.cov_twist_white);
   Covariance(a, "cov_twist_coherent_m2_s2_rad2_s2", m.cov_twist_coherent);
+  a.Real("way_scale_sigma", m.way_scale_sigma, 0, kMaxReal);
+  a.Real("turn_scale_sigma", m.turn_scale_sigma, 0, kMaxReal);
   a.Bool("gravity_aligned", m.gravity_aligned);
   a.Bool("slip", m.slip);
   a.Bool("stationary", m.stationary);
@@ -55,6 +58,8 @@ static void Fields(A& a, typename A::template Of<FramePose>& m) {
   Seq(a, "seq", m.seq);
   Transform(a, "T_WB", m.T_WB);
   Covariance(a, "cov_T_WB_m2_rad2", m.cov_T_WB);
+  a.Duration("motion_us", m.motion_us);
+  Covariance(a, "cov_motion_m2_rad2", m.cov_motion);
   Enum(a, "status", m.status, kLastStatus);
   Enum(a, "reason", m.reason, kLastReason);
   a.Int32("num_detected", m.num_detected, 0, kMaxCount);

@@ -59,9 +59,12 @@ class RandomMessages {
   void Fill(DrState& m) {
     m = {Time(), Big(), Word(), Pose(), Vector(), Vector(), Vector(), Vector()};
     m.wheel_scale = std::abs(Real());
+    m.turn_scale = std::abs(Real());
     m.cov_T_OB = Covariance();
     m.cov_twist_white = Covariance();
     m.cov_twist_coherent = Covariance();
+    m.way_scale_sigma = std::abs(Real());
+    m.turn_scale_sigma = std::abs(Real());
     m.gravity_aligned = Bool();
     m.slip = Bool();
     m.stationary = Bool();
@@ -74,6 +77,8 @@ class RandomMessages {
     m.seq = Big();
     m.T_WB = Pose();
     m.cov_T_WB = Covariance();
+    m.motion_us = Count();
+    m.cov_motion = Covariance();
     m.status = static_cast<TrackingStatus>(Count(7));
     m.reason = static_cast<TrackingReason>(Count(9));
     m.num_detected = Count();

@@ -122,9 +122,12 @@ void ExpectSame(const gw_lcm::dr_t& g, const DrState& m) {
   ExpectSame(g.gyro_bias_rad_s, m.gyro_bias_rad_s);
   ExpectSame(g.accel_bias_m_s2, m.accel_bias_m_s2);
   EXPECT_EQ(g.wheel_scale, m.wheel_scale);
+  EXPECT_EQ(g.turn_scale, m.turn_scale);
   ExpectSame(g.cov_T_OB_m2_rad2, m.cov_T_OB);
   ExpectSame(g.cov_twist_white_m2_s_rad2_s, m.cov_twist_white);
   ExpectSame(g.cov_twist_coherent_m2_s2_rad2_s2, m.cov_twist_coherent);
+  EXPECT_EQ(g.way_scale_sigma, m.way_scale_sigma);
+  EXPECT_EQ(g.turn_scale_sigma, m.turn_scale_sigma);
   EXPECT_EQ(g.gravity_aligned, m.gravity_aligned);
   EXPECT_EQ(g.slip, m.slip);
   EXPECT_EQ(g.stationary, m.stationary);
@@ -137,6 +140,8 @@ void ExpectSame(const gw_lcm::frame_pose_t& g, const FramePose& m) {
   EXPECT_EQ(g.seq, m.seq);
   ExpectSame(g.p_WB_m, g.q_WB_wxyz, m.T_WB);
   ExpectSame(g.cov_T_WB_m2_rad2, m.cov_T_WB);
+  EXPECT_EQ(g.motion_us, m.motion_us);
+  ExpectSame(g.cov_motion_m2_rad2, m.cov_motion);
   EXPECT_EQ(g.status, static_cast<int>(m.status));
   EXPECT_EQ(g.reason, static_cast<int>(m.reason));
   EXPECT_EQ(g.num_detected, m.num_detected);

@@ -46,10 +46,8 @@ std::vector<int> Cumulative(const std::vector<FramePose>& frames, Sight sight) {
 }  // namespace
 
 Consistency MeasureConsistency(const SlamRun& run, const eval::Trajectory& truth) {
-  constexpr DurationUs length = tools::SlamSession::kDrCovarianceSpan;
   Consistency out;
   const std::vector<FramePose>& frames = run.frames;
-  if (frames.size() < 2) return out;
   const eval::EvalOptions options;
   std::map<Utime, SE3> truth_at;
   for (const eval::PosePair& pair :
@@ -58,14 +56,12 @@ Consistency MeasureConsistency(const SlamRun& run, const eval::Trajectory& truth
   }
   const std::vector<int> blind = Cumulative(frames, Sight::kBlind);
   const std::vector<int> without = Cumulative(frames, Sight::kNone);
-  const int64_t tolerance =
-      (frames.back().utime - frames.front().utime).us / static_cast<int64_t>(frames.size() - 1) / 2;
-  size_t b = 0;
-  for (size_t a = 0; a < frames.size(); ++a) {
-    const Utime end = frames[a].utime + length;
-    const auto distance = [&](size_t k) { return std::abs((frames[k].utime - end).us); };
-    while (b + 1 < frames.size() && distance(b + 1) < distance(b)) ++b;
-    if (b <= a || distance(b) > tolerance) continue;
+  size_t a = 0;
+  for (size_t b = 0; b < frames.size(); ++b) {
+    if (frames[b].motion_us == 0) continue;
+    const Utime begin = frames[b].utime - DurationUs{frames[b].motion_us};
+    while (frames[a].utime < begin) ++a;
+    if (frames[a].utime != begin) continue;
     const auto truth_a = truth_at.find(frames[a].utime);
     const auto truth_b = truth_at.find(frames[b].utime);
     if (truth_a == truth_at.end() || truth_b == truth_at.end()) continue;
@@ -74,14 +70,8 @@ Consistency MeasureConsistency(const SlamRun& run, const eval::Trajectory& truth
     const SE3 motion = frames[a].T_WB.inverse() * frames[b].T_WB;
     const SE3 true_motion = truth_a->second.inverse() * truth_b->second;
     const Vector6d error = (true_motion.inverse() * motion).Log();
-    const Matrix6d Ad = motion.inverse().Adjoint();
-    const Matrix6d carried = Ad * frames[a].cov_T_WB * Ad.transpose();
-    const int num_blind = blind[b] - blind[a];
-    const bool all_blind = num_blind == static_cast<int>(b - a);
-    const Matrix6d cov =
-        all_blind ? run.dr_cov[b].value_or(Matrix6d::Zero()) : frames[b].cov_T_WB + carried;
-    const bool any_blind = num_blind > 0 || SightOf(frames[a].status) == Sight::kBlind;
-    Count(error, cov, any_blind ? &out.blind : &out.healthy);
+    const bool any_blind = blind[b] > blind[a] || SightOf(frames[a].status) == Sight::kBlind;
+    Count(error, frames[b].cov_motion, any_blind ? &out.blind : &out.healthy);
   }
   return out;
 }

@@ -3,13 +3,8 @@
 // NEES (normalised estimation error squared, Bar-Shalom et al. 2001, 5.4) of the relative pose over
 // a window from image a to image b: e^T inv(C) e with
 //   e = Log( inv(inv(T_a) T_b of the truth) * inv(T_a) T_b of the estimate ),  6 degrees of
-//   freedom.
-// FRAME_POSE carries marginal covariances, so C must be put together from P_a and P_b, with
-// Ad = Ad(inv(T_a^-1 T_b)) moving the first to b:
-//   all images after a blind (dr_only): the motion is dead reckoning's, and so is its error:
-//                                       C = what the DR channel says of the second before b
-//   otherwise: vision placed b in the map by itself, the errors are independent:
-//                                       C = P_b + Ad P_a Ad^T
+//   freedom
+//   C = cov_motion of FRAME_POSE at b.
 // An honest C puts 95 % of the windows inside the two-sided 95 % band of chi-square(6).
 #pragma once
 
@@ -36,8 +31,8 @@ struct Consistency {
   NeesCount blind;    // the others
 };
 
-// One window per image that has a partner one second later (to half an image period) and truth at
-// both ends. Windows with an image that has no pose (initializing, lost) do not count.
+// One window per image that tells the covariance of its motion and has truth at both ends. Windows
+// with an image that has no pose (initializing, lost) do not count.
 Consistency MeasureConsistency(const SlamRun& run, const eval::Trajectory& truth);
 
 }  // namespace gw::measure

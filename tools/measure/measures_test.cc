@@ -32,7 +32,6 @@ SlamRun PerfectRun(int images) {
     run.frames.push_back(f);
     run.final_T_WB.push_back(f.T_WB);
     run.T_OB.emplace_back(f.T_WB);
-    run.dr_cov.emplace_back();
     run.ms.emplace_back(i);
   }
   return run;
@@ -50,13 +49,25 @@ Vector6d Sigmas() {
   return sigma;
 }
 
+constexpr int kSecond = 30;  // images
+
+Matrix6d CarriedTo(const FramePose& b, const FramePose& a, const Matrix6d& cov) {
+  const Matrix6d Ad = (b.T_WB.inverse() * a.T_WB).Adjoint();
+  return Ad * cov * Ad.transpose();
+}
+
 // Every image placed by itself, with an error of a known spread.
 SlamRun IndependentErrors(int images, double stated_over_true) {
   SlamRun run = PerfectRun(images);
   for (int i = 0; i < images; ++i) {
     CounterRng rng(1, 0, i);
     run.frames[i].T_WB = TruePose(i) * SE3::Exp(Noise(rng, Sigmas()));
-    run.frames[i].cov_T_WB = (stated_over_true * Sigmas()).cwiseAbs2().asDiagonal();
+    FramePose& b = run.frames[i];
+    b.cov_T_WB = (stated_over_true * Sigmas()).cwiseAbs2().asDiagonal();
+    if (i < kSecond) continue;
+    const FramePose& a = run.frames[i - kSecond];
+    b.motion_us = kSecond * kPeriodUs;
+    b.cov_motion = b.cov_T_WB + CarriedTo(b, a, a.cov_T_WB);
   }
   return run;
 }
@@ -89,12 +100,10 @@ TEST(Consistency, BlindErrorsGrowFromImageToImage) {
         TruePose(i - 1).inverse() * TruePose(i) * SE3::Exp(Noise(rng, 0.1 * Sigmas()));
     run.frames[i].T_WB = run.frames[i - 1].T_WB * motion;
     run.frames[i].status = TrackingStatus::kDrOnly;
-    if (i < 30) continue;
-    run.dr_cov[i] = Matrix6d::Zero();
-    for (int k = i - 29; k <= i; ++k) {
-      const Matrix6d Ad = (run.frames[i].T_WB.inverse() * run.frames[k].T_WB).Adjoint();
-      *run.dr_cov[i] += Ad * step * Ad.transpose();
-    }
+    if (i < kSecond) continue;
+    FramePose& b = run.frames[i];
+    b.motion_us = kSecond * kPeriodUs;
+    for (int k = i - kSecond + 1; k <= i; ++k) b.cov_motion += CarriedTo(b, run.frames[k], step);
   }
   const Consistency c = MeasureConsistency(run, Truth(kImages));
   EXPECT_EQ(c.healthy.windows, 0);
@@ -106,7 +115,7 @@ TEST(Consistency, WindowsWithAnImageWithoutPoseDoNotCountAndBadCovariancesAreNot
   SlamRun run = IndependentErrors(100, 1.0);
   run.frames[50].status = TrackingStatus::kLost;
   EXPECT_EQ(MeasureConsistency(run, Truth(100)).healthy.windows, 100 - 30 - 31);
-  for (FramePose& f : run.frames) f.cov_T_WB.setZero();
+  for (FramePose& f : run.frames) f.cov_motion.setZero();
   const Consistency c = MeasureConsistency(run, Truth(100));
   EXPECT_EQ(c.healthy.undefined, c.healthy.windows);
   EXPECT_EQ(c.healthy.inside, 0);

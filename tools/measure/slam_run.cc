@@ -115,22 +115,21 @@ bool ReadTriangle(const CsvReader& csv, size_t first, Matrix6d* cov) {
   return true;
 }
 
-Result<Done> ReadCovariances(const std::string& path, SlamRun* run) {
-  std::vector<FramePose>* frames = &run->frames;
+Result<Done> ReadCovariances(const std::string& path, std::vector<FramePose>* frames) {
   auto csv = CsvReader::Open(path, "utime,c00,c01,");
   if (!csv) return csv.error();
   size_t next = 0;
   while (csv->Next()) {
     int64_t utime = 0;
-    if (next >= frames->size() || csv->size() != 43 || !csv->Number(0, &utime) ||
+    if (next >= frames->size() || csv->size() != 44 || !csv->Number(0, &utime) ||
         utime != (*frames)[next].utime.us) {
       return csv->Bad("does not belong to frames.csv");
     }
-    if (!ReadTriangle(*csv, 1, &(*frames)[next++].cov_T_WB)) {
+    FramePose& frame = (*frames)[next++];
+    if (!ReadTriangle(*csv, 1, &frame.cov_T_WB) || !csv->Number(22, &frame.motion_us) ||
+        !ReadTriangle(*csv, 23, &frame.cov_motion)) {
       return csv->Bad("is no line of covariance.csv");
     }
-    Matrix6d dr_cov;
-    run->dr_cov.push_back(ReadTriangle(*csv, 22, &dr_cov) ? std::optional(dr_cov) : std::nullopt);
   }
   if (next != frames->size()) return csv->Bad("a line for each line of frames.csv is missing");
   return Done{};
@@ -204,7 +203,6 @@ SlamRun RunOf(const tools::SlamSession& session) {
   SlamRun run;
   run.frames = session.frames();
   run.T_OB = session.dr_poses();
-  run.dr_cov = session.dr_covariances();
   run.ms.resize(run.frames.size());
   for (size_t i = 0; i < run.frames.size(); ++i) {
     run.final_T_WB.push_back(session.FinalPose(run.frames[i]));
@@ -223,7 +221,7 @@ Result<StoredRun> ReadRun(const std::string& folder, const std::string& timing) 
   auto frames = ReadFrames(folder + "/frames.csv");
   if (!frames) return frames.error();
   out.run.frames = *std::move(frames);
-  const auto covariances = ReadCovariances(folder + "/covariance.csv", &out.run);
+  const auto covariances = ReadCovariances(folder + "/covariance.csv", &out.run.frames);
   if (!covariances) return covariances.error();
   const auto final = eval::ReadTum(folder + "/trajectory_final.tum");
   if (!final) return final.error();

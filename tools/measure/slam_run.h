@@ -15,10 +15,8 @@ namespace gw::measure {
 struct SlamRun {
   std::vector<FramePose> frames;  // as published
   // One per frame:
-  std::vector<SE3> final_T_WB;           // by the keyframes as they are at the end
-  std::vector<std::optional<SE3>> T_OB;  // dead reckoning alone
-  // Covariance of its motion over the second before (right perturbation of T_BaBb).
-  std::vector<std::optional<Matrix6d>> dr_cov;
+  std::vector<SE3> final_T_WB;            // by the keyframes as they are at the end
+  std::vector<std::optional<SE3>> T_OB;   // dead reckoning alone
   std::vector<std::optional<double>> ms;  // front-end time, where it was measured
 
   eval::Trajectory Live() const;

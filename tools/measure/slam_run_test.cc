@@ -18,7 +18,8 @@ constexpr char kFramesHead[] =
 
 std::string CovarianceHead() {
   std::string head = "utime";
-  for (const char* name : {",c", ",d"}) {
+  for (const char* name : {",c", ",m"}) {
+    if (name[1] == 'm') head += ",motion_us";
     for (int i = 0; i < 6; ++i) {
       for (int j = i; j < 6; ++j) head += name + std::to_string(10 * i + j + 100).substr(1);
     }
@@ -26,11 +27,13 @@ std::string CovarianceHead() {
   return head + "\n";
 }
 
-// With the covariance of dead reckoning in the second line only.
+// With the covariance of a motion in the second line only.
 std::string CovarianceLine(int64_t utime) {
   std::string line = std::to_string(utime);
   for (int k = 0; k < 21; ++k) line += "," + std::to_string(k) + "e-3";
-  for (int k = 0; k < 21; ++k) line += utime > 1000000 ? "," + std::to_string(k) + "e-4" : ",";
+  const bool motion = utime > 1000000;
+  line += motion ? ",33333" : ",0";
+  for (int k = 0; k < 21; ++k) line += motion ? "," + std::to_string(k) + "e-4" : ",0";
   return line + "\n";
 }
 
@@ -76,9 +79,9 @@ TEST_F(RunFolder, IsReadBack) {
   EXPECT_DOUBLE_EQ(run.frames[1].cov_T_WB(0, 5), 5e-3);
   EXPECT_DOUBLE_EQ(run.frames[1].cov_T_WB(5, 0), 5e-3);
   EXPECT_DOUBLE_EQ(run.frames[1].cov_T_WB(5, 5), 20e-3);
-  EXPECT_FALSE(run.dr_cov[0]);
-  ASSERT_TRUE(run.dr_cov[1]);
-  EXPECT_DOUBLE_EQ((*run.dr_cov[1])(5, 0), 5e-4);
+  EXPECT_EQ(run.frames[0].motion_us, 0);
+  EXPECT_EQ(run.frames[1].motion_us, 33333);
+  EXPECT_DOUBLE_EQ(run.frames[1].cov_motion(5, 0), 5e-4);
   EXPECT_DOUBLE_EQ(run.final_T_WB[0].translation().x(), 9);
   EXPECT_FALSE(run.T_OB[0]);
   ASSERT_TRUE(run.T_OB[1]);

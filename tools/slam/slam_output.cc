@@ -30,8 +30,8 @@ std::string FramesTable(const std::vector<FramePose>& frames) {
   return out;
 }
 
-// Upper triangles, row by row: c of each pose of trajectory.tum, d of the motion by dead reckoning
-// over the second before it (empty where not known).
+// Upper triangles, row by row: c of each pose of trajectory.tum, m of the motion over the motion_us
+// before it (all 0 where there is none).
 std::string CovarianceTable(const SlamSession& session) {
   const auto fields = [](const char* format, const auto& value) {
     std::string out;
@@ -41,16 +41,15 @@ std::string CovarianceTable(const SlamSession& session) {
     return out;
   };
   const auto name = [](const char* format, int i, int j) { return Format(format, i, j); };
-  std::string out = "utime" + fields(",c%d%d", name) + fields(",d%d%d", name) + '\n';
-  for (size_t k = 0; k < session.frames().size(); ++k) {
-    const FramePose& f = session.frames()[k];
-    const std::optional<Matrix6d>& dr = session.dr_covariances()[k];
+  std::string out = "utime" + fields(",c%d%d", name) + ",motion_us" + fields(",m%d%d", name) + '\n';
+  for (const FramePose& f : session.frames()) {
     out += Format("%" PRId64, f.utime.us);
     out += fields(",%.9g", [&](const char* format, int i, int j) {
       return Format(format, f.cov_T_WB(i, j));
     });
+    out += Format(",%" PRId64, f.motion_us);
     out += fields(",%.9g", [&](const char* format, int i, int j) {
-      return dr ? Format(format, (*dr)(i, j)) : std::string(",");
+      return Format(format, f.cov_motion(i, j));
     });
     out += '\n';
   }

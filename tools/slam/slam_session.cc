@@ -113,9 +113,6 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
   if (now_us_) tracking_us_.push_back(now_us_() - begin_us);
   frames_.push_back(out.pose);
   dr_poses_.push_back(dr_.PoseAt(frame.utime, kMaxDrExtrapolation));
-  const auto increment =
-      dr_.Increment(frame.utime - kDrCovarianceSpan, frame.utime, kMaxDrExtrapolation);
-  dr_covariances_.push_back(increment ? std::optional(increment->cov) : std::nullopt);
   if (stages_.dr_filter) Deliver(stages_.dr_filter->Push(out.pose));
   if (out.query) backend_.Ask(*out.query, frame.utime);
   if (out.keyframe) Deliver(backend_.Insert(*out.keyframe, frame.utime));

@@ -63,10 +63,6 @@ class SlamSession {
   // Per image: T_OB of dead reckoning alone, as far as it was known when the image came; whatever
   // the variant. Empty where dead reckoning had nothing to say; jumps where its process restarted.
   const std::vector<std::optional<SE3>>& dr_poses() const { return dr_poses_; }
-  // Per image: covariance of the motion by dead reckoning over the second before it (right
-  // perturbation, body), as far as known when the image came.
-  static constexpr DurationUs kDrCovarianceSpan = Milliseconds(1000);
-  const std::vector<std::optional<Matrix6d>>& dr_covariances() const { return dr_covariances_; }
   // Per image, us; empty without MeasureTimes().
   const std::vector<int64_t>& tracking_us() const { return tracking_us_; }
   const std::vector<MeasuredTime>& local_ba_times() const { return backend_.local_ba_times(); }
@@ -107,7 +103,6 @@ class SlamSession {
   std::function<int64_t()> now_us_;
   std::vector<FramePose> frames_;
   std::vector<std::optional<SE3>> dr_poses_;
-  std::vector<std::optional<Matrix6d>> dr_covariances_;
   std::vector<int64_t> tracking_us_;
   SlamCounters counters_;
   std::optional<dr_ekf::DrCounters> dr_counters_;

@@ -1,6 +1,7 @@
 #include "common/contract/dr_history.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gw {
 namespace {
@@ -18,21 +19,30 @@ std::deque<DrState>::const_iterator FirstNotBefore(const std::deque<DrState>& st
                           [](const DrState& s, Utime t) { return s.utime < t; });
 }
 
+// Lower triangular L with L L^T = cov, which may be singular; not pivoted, so that an axis stays
+// the same from one state to the next.
+Matrix6d Factor(const Matrix6d& cov) {
+  Matrix6d L = Matrix6d::Zero();
+  for (int k = 0; k < 6; ++k) {
+    const double pivot = cov(k, k) - L.row(k).head(k).squaredNorm();
+    if (!(pivot > 1e-12 * cov(k, k))) continue;
+    L(k, k) = std::sqrt(pivot);
+    for (int i = k + 1; i < 6; ++i) {
+      L(i, k) = (cov(i, k) - L.row(i).head(k).dot(L.row(k).head(k))) / L(k, k);
+    }
+  }
+  return L;
+}
+
 }  // namespace
 
 void DrNoise::Append(const DrState& state, const SE3& T_step, double dt_s) {
   const Matrix6d adj = T_step.inverse().Adjoint();
   white = adj * white * adj.transpose() + state.cov_twist_white * dt_s;
   lever = (adj * lever).eval();
-  lever.leftCols<6>() += Matrix6d::Identity() * dt_s;
+  lever.leftCols<6>() += Factor(state.cov_twist_coherent) * dt_s;
   lever.col(kWayScale).head<3>() += state.way_scale_sigma * state.v_OB_B * dt_s;
   lever.col(kTurnScale).tail<3>() += state.turn_scale_sigma * state.w_OB_B * dt_s;
-
-  DrCoherent now = DrCoherent::Zero();
-  now.topLeftCorner<6, 6>() = state.cov_twist_coherent;
-  now(kWayScale, kWayScale) = now(kTurnScale, kTurnScale) = 1;
-  duration_s += dt_s;
-  coherent += (now - coherent) * (dt_s / duration_s);
 }
 
 bool DrHistory::Push(const DrState& state) {

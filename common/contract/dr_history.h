@@ -10,7 +10,7 @@
 namespace gw {
 
 // What two motions in a row have in common: a constant twist error (6), and the errors of the
-// scales of way and turn, in sigmas (so that each part of a motion has the doubt of its time).
+// scales of way and turn; all in sigmas, so that each part of a motion has the doubt of its time.
 inline constexpr int kWayScale = 6;
 inline constexpr int kTurnScale = 7;
 using DrLever = Eigen::Matrix<double, 6, 8>;
@@ -18,10 +18,9 @@ using DrCoherent = Eigen::Matrix<double, 8, 8>;
 
 // Noise of a motion, split by how it goes on: see DrState.
 struct DrNoise {
-  Matrix6d white = Matrix6d::Zero();         // m^2, rad^2; right perturbation of T_BaBb
-  DrLever lever = DrLever::Zero();           // carries the common errors to the end of the motion
-  DrCoherent coherent = DrCoherent::Zero();  // their covariance, mean over the motion
-  double duration_s = 0;
+  Matrix6d white = Matrix6d::Zero();  // m^2, rad^2; right perturbation of T_BaBb
+  DrLever lever = DrLever::Zero();    // carries the common errors to the end of the motion
+  DrCoherent coherent = DrCoherent::Identity();  // their covariance
 
   Matrix6d Covariance() const { return white + lever * coherent * lever.transpose(); }
 

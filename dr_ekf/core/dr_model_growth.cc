@@ -6,11 +6,8 @@
 #include "dr_ekf/core/noise_model.h"
 
 namespace gw::dr_ekf {
-namespace {
 
 using Eigen::Vector3d;
-
-}  // namespace
 
 DrState DrModel::Publish(const FilterState& state) const {
   DrState out;
@@ -82,6 +79,10 @@ DrState DrModel::Publish(const FilterState& state) const {
   }
   out.cov_twist_white.diagonal() += white;
   out.cov_twist_white += adj_BS_ * state.correction_rate * adj_BS_.transpose();
+  out.cov_twist_white *= kComposedVariance;
+  C *= kComposedVariance;
+  out.way_scale_sigma *= std::sqrt(kComposedVariance);
+  out.turn_scale_sigma *= std::sqrt(kComposedVariance);
   return out;
 }
 

@@ -65,7 +65,7 @@ struct Pose {
   Eigen::Vector3d w_WB_B = Eigen::Vector3d::Zero();
   SE3 T_WO;
   Matrix6d cov_T_WO = Matrix6d::Zero();
-  bool has_map = false;           // false: no FRAME_POSE yet, W is O
+  bool has_map = false;           // false: no place in the map yet, W is O
   int64_t frame_pose_age_us = 0;  // since the image of the newest FRAME_POSE used
   int64_t frame_pose_seq = 0;
   int64_t map_revision = 0;

@@ -48,7 +48,7 @@ PlaceMatch Locate(const Map& map, const MappingContext& context, const PlaceInde
   for (const KeyframeId candidate : Candidates(map, places, query)) {
     const auto fit = FitPlace(map, context, image, PlaceGroup(map, candidate),
                               static_cast<uint64_t>(query.utime.us));
-    if (!fit) continue;
+    if (!fit || !SeesAllAround(*fit)) continue;
     if (best) {
       const SE3 apart = best->T_WC.inverse() * fit->T_WC;
       const bool elsewhere = apart.translation().norm() > kSamePoseDistance ||

@@ -94,7 +94,7 @@ int Witnesses(const Map& map, const MappingContext& context, const std::vector<K
   for (int i = 0; i < kWitnesses && at != nullptr && agree < kAgree; ++i) {
     const auto other =
         FitPlace(map, context, *at, group, static_cast<uint64_t>(at->frame.id.value));
-    if (other) {
+    if (other && SeesItsShare(*other)) {
       const SE3 error = (correction * at->frame.T_WC).inverse() * other->T_WC;
       agree += error.translation().norm() < kAgreeTranslation &&
                        LogSO3(error.rotation()).norm() < kAgreeRotation
@@ -146,7 +146,7 @@ std::optional<Loop> DetectLoop(const Map& map, const MappingContext& context,
     std::erase_if(group, [&](KeyframeId id) { return related.contains(id); });
     const auto fit =
         FitPlace(map, context, *newest, group, static_cast<uint64_t>(newest->frame.id.value));
-    if (!fit) continue;
+    if (!fit || !SeesItsShare(*fit)) continue;
     ++counters.fits;
     if (Witnesses(map, context, group, *fit) < kAgree) {
       ++counters.inconsistent;

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "backend/core/matching.h"
@@ -79,6 +80,38 @@ std::map<int, GuidedMatch> SearchGuided(const MappingContext& context, const Map
   return out;
 }
 
+// Share of the cells with kExpectedInCell landmarks or more that show kSeenInCell of them.
+double Coverage(const MappingContext& context, const MapKeyframe& image,
+                const std::vector<const Landmark*>& landmarks, const PlaceFit& fit) {
+  constexpr int kColumns = 6;
+  constexpr int kRows = 4;
+  constexpr int kExpectedInCell = 10;
+  constexpr int kSeenInCell = 3;
+  const auto cell = [&](double u, double v) {
+    const int column = static_cast<int>(u * kColumns / context.camera.width);
+    const int row = static_cast<int>(v * kRows / context.camera.height);
+    return std::clamp(row, 0, kRows - 1) * kColumns + std::clamp(column, 0, kColumns - 1);
+  };
+  std::array<int, kColumns * kRows> expected{};
+  std::array<int, kColumns * kRows> seen{};
+  const SE3 T_CW = fit.T_WC.inverse();
+  for (const Landmark* landmark : landmarks) {
+    const auto sight = Sight(context, *landmark, fit.T_WC, T_CW);
+    if (sight) ++expected[cell(sight->uv.x(), sight->uv.y())];
+  }
+  for (const PlaceFit::Sight& sight : fit.sights) {
+    const Feature& f = image.frame.features[sight.feature];
+    ++seen[cell(f.u, f.v)];
+  }
+  int asked = 0, answered = 0;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    if (expected[i] < kExpectedInCell) continue;
+    ++asked;
+    answered += seen[i] >= kSeenInCell ? 1 : 0;
+  }
+  return asked > 0 ? static_cast<double>(answered) / asked : 0;
+}
+
 PoseObservation Observe(const MappingContext& context, const Feature& f,
                         const Eigen::Vector3d& p_W) {
   const double scale = context.level_scale[f.level];
@@ -92,6 +125,14 @@ Matrix6d FitCovariance(const PlaceFit& fit) {
   cov.diagonal().head<3>().array() += kFloorTranslation * kFloorTranslation;
   cov.diagonal().tail<3>().array() += kFloorRotation * kFloorRotation;
   return cov;
+}
+
+bool SeesItsShare(const PlaceFit& fit) {
+  return static_cast<double>(fit.sights.size()) >= kFewestShare * fit.num_expected;
+}
+
+bool SeesAllAround(const PlaceFit& fit) {
+  return fit.coverage >= kFewestCoverage;
 }
 
 bool IsOneOf(const Map& map, const std::vector<KeyframeId>& places, KeyframeId keyframe) {
@@ -136,10 +177,10 @@ std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
       if (estimate.inlier[i] != 0) out.sights.push_back(sights[i]);
     }
   }
-  const int n = static_cast<int>(out.sights.size());
-  if (n < kFewestSights || n < kFewestShare * out.num_expected || !out.T_WC.IsFinite()) {
+  if (static_cast<int>(out.sights.size()) < kFewestSights || !out.T_WC.IsFinite()) {
     return std::nullopt;
   }
+  out.coverage = Coverage(context, image, landmarks, out);
   return out;
 }
 

@@ -20,12 +20,19 @@ struct PlaceFit {
   };
   std::vector<Sight> sights;  // that agree with the pose; sorted by feature
   int num_expected = 0;       // landmarks of the group that should be in sight
+  // Share of the parts of the image that should show landmarks and do, [0, 1]. A floor or a poster
+  // that is in two places gives many sights, but not of what surrounds it.
+  double coverage = 0;
 };
 
-// A fit counts from this many sights on, and when it sees this share of what it should: a poster
-// that hangs in two places gives many sights, but not of what surrounds it.
+// A fit counts from this many sights on. Enough for a loop when it sees this share of what it
+// should; for an answer that dead reckoning will be asked to confirm, when it sees this share of
+// the image's parts (docs/adr/0009-loops-and-relocalisation.md has the numbers).
 inline constexpr int kFewestSights = 30;
 inline constexpr double kFewestShare = 0.25;
+inline constexpr double kFewestCoverage = 0.6;
+bool SeesItsShare(const PlaceFit& fit);
+bool SeesAllAround(const PlaceFit& fit);
 
 // image: features, descriptors and grid are used. group: keyframes of the map whose landmarks are
 // tried.

@@ -54,7 +54,7 @@ DrState DrModel::Publish(const FilterState& state) const {
   if (out.wheels_alive) {
     white.head<3>() << WayVariance(speed) * slip, side * slip, side;
     if (state.slip && accel) C.block<2, 2>(0, 0) = state.P.block<2, 2>(kVelocity, kVelocity);
-    C(0, 0) += Square(state.speed_doubt);
+    white[0] += Square(state.speed_doubt) * 2 * kSlipHold;  // lasts for about as long
   } else {
     C.block<3, 3>(0, 0) = state.P.block<3, 3>(kVelocity, kVelocity);
     white[1] = white[2] = side;

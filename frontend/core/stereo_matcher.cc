@@ -5,6 +5,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <optional>
+
+#include "frontend/core/disparity_refiner.h"
 
 namespace gw::frontend {
 namespace {
@@ -107,15 +110,20 @@ void StereoMatcher::Match(const StereoSide& left, const StereoSide& right,
     }
     const auto minimum = std::min_element(cost.begin(), cost.end());
     if (minimum == cost.begin() || minimum == cost.end() - 1) continue;
-    // Parabola through the minimum and its neighbours.
-    const float before = static_cast<float>(minimum[-1]);
-    const float at = static_cast<float>(minimum[0]);
-    const float after = static_cast<float>(minimum[1]);
-    const float curvature = before + after - 2 * at;
-    const float step = curvature > 0 ? 0.5f * (before - after) / curvature : 0.0f;
+    // Two lines of opposite slope through the minimum and its neighbours: the shape of a sum of
+    // absolute differences.
+    const auto before = static_cast<float>(minimum[-1]);
+    const auto at = static_cast<float>(minimum[0]);
+    const auto after = static_cast<float>(minimum[1]);
+    const float slope = std::max(before, after) - at;
+    const float step = slope > 0 ? 0.5f * (before - after) / slope : 0.0f;
     const float x_right =
         static_cast<float>(start - kSearch + static_cast<int>(minimum - cost.begin())) + step;
-    const float disparity = (static_cast<float>(x) - x_right) * scale;
+    const std::optional<float> refined =
+        RefineDisparity(left.pyramid.level(0), right.pyramid.level(0), k.u, k.v,
+                        (static_cast<float>(x) - x_right) * scale);
+    if (!refined) continue;
+    const float disparity = *refined;
     if (disparity > max_disparity_) continue;
     // A far point's disparity may come out slightly below zero.
     if (disparity < -scale) continue;

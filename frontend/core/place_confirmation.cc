@@ -25,17 +25,17 @@ bool SamePlace(const SE3& error, double way) {
          LogSO3(error.rotation()).norm() < kAgreeRotation + kAgreePerMetre * way;
 }
 
-bool PlaceConfirmation::Contradicts(const PlaceEvidence& now) const {
-  if (!good_ || !now.placed || now.relocalised || now.num_detected < kRich || !now.T_OC) {
-    return false;
-  }
-  if (now.num_inliers >= kByChance || now.num_inliers >= kCollapse * good_->num_inliers) {
-    return false;
-  }
-  if (now.utime - good_->utime > kInARow) return false;
-  const SE3 motion = good_->T_OC->inverse() * *now.T_OC;
-  return motion.translation().norm() < kSmallTranslation &&
+bool InARow(DurationUs time, const SE3& motion) {
+  return time <= kInARow && motion.translation().norm() < kSmallTranslation &&
          LogSO3(motion.rotation()).norm() < kSmallRotation;
+}
+
+bool PlaceConfirmation::Contradicts(const PlaceEvidence& now) const {
+  if (!now.placed || now.relocalised || now.num_detected < kRich || !now.T_OC) return false;
+  if (now.num_inliers >= kByChance) return false;
+  if (now.other_view) return true;
+  return good_ && now.num_inliers < kCollapse * good_->num_inliers &&
+         InARow(now.utime - good_->utime, good_->T_OC->inverse() * *now.T_OC);
 }
 
 bool PlaceConfirmation::Observe(const PlaceEvidence& now) {

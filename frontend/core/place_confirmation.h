@@ -3,7 +3,8 @@
 // Unsure, and asking, is a tracker
 //  - that has no pose in a map that is there (start in a saved map);
 //  - whose vision breaks between two rich images, although dead reckoning saw hardly any motion (it
-//    was carried away, or something stands before the lens): doubt. Until vision returns, or a
+//    was carried away, or something stands before the lens), or which sees another scene from one
+//    image to the next (ViewChange), which needs no landmark: doubt. Until vision returns, or a
 //    place is confirmed, nothing may be mapped, and the pose may not be claimed;
 //  - that has been without vision for kPatience, although the images are rich.
 //
@@ -24,6 +25,9 @@ namespace gw::frontend {
 // m, that lies between them.
 bool SamePlace(const SE3& error, double way = 0);
 
+// Whether so little time and motion lie between two images that they show the same.
+bool InARow(DurationUs time, const SE3& motion);
+
 // What one image told.
 struct PlaceEvidence {
   Utime utime;
@@ -32,6 +36,7 @@ struct PlaceEvidence {
   int num_inliers = 0;       // of the pose that vision found; 0: vision does not carry the pose
   bool relocalised = false;  // from a confirmed place
   int num_detected = 0;      // features of the image
+  bool other_view = false;   // it shows nothing of the image before: ViewChange
   std::optional<SE3> T_OC;   // camera in the odometry frame; empty without dead reckoning
 };
 

@@ -58,6 +58,29 @@ TEST(PlaceConfirmation, CarriedAwayMeansDoubtAtOnceAndQuestions) {
   EXPECT_LE(asked, 5);  // one every 200 ms
 }
 
+// Dead reckoning has led for long, and goes on; only the images tell.
+TEST(PlaceConfirmation, AnotherViewMeansDoubtAlsoWithoutVisionBefore) {
+  PlaceConfirmation place;
+  for (int i = 0; i < 60; ++i) place.Observe(Image(i, i < 30, i < 30 ? 600 : 5));
+  EXPECT_FALSE(place.in_doubt());
+  PlaceEvidence e = Image(60, false);
+  e.other_view = true;
+  place.Observe(e);
+  EXPECT_TRUE(place.in_doubt());
+  place.Observe(Image(61, false));
+  EXPECT_TRUE(place.in_doubt());
+}
+
+TEST(PlaceConfirmation, AnotherViewWeighsMoreThanAFewMatches) {
+  PlaceConfirmation place;
+  for (int i = 0; i < 30; ++i) place.Observe(Image(i, true));
+  PlaceEvidence e = Image(30, true);
+  e.other_view = true;
+  EXPECT_FALSE(place.Contradicts(e));  // 150 inliers
+  e.num_inliers = 18;
+  EXPECT_TRUE(place.Contradicts(e));
+}
+
 TEST(PlaceConfirmation, DarknessIsNoDoubt) {
   PlaceConfirmation place;
   for (int i = 0; i < 100; ++i) {

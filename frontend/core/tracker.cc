@@ -12,6 +12,7 @@
 #include "frontend/core/pose_uncertainty.h"
 #include "frontend/core/recovery.h"
 #include "frontend/core/rolling_shutter.h"
+#include "frontend/core/view_change.h"
 
 namespace gw::frontend {
 namespace {
@@ -35,7 +36,8 @@ class Tracker::Impl {
         extractor_(std::move(extractor)),
         finder_(config, camera_, {config.orb.scale_factor, config.orb.num_levels}),
         map_(camera_, {config.orb.scale_factor, config.orb.num_levels}),
-        motion_(camera_, config) {}
+        motion_(camera_, config),
+        view_(camera_) {}
 
   TrackerOutput Push(const CameraFrame& frame);
   TrackerOutput Track(Utime utime, int64_t seq, const FeatureFrame& features,
@@ -73,6 +75,8 @@ class Tracker::Impl {
   LocalMap map_;
   MotionModel motion_;
   FeatureFrame frame_;
+  ViewChange view_;
+  bool other_view_ = false;  // of the newest image
 
   bool map_known_ = false;   // a snapshot has come
   bool map_frozen_ = false;  // the back-end takes in no keyframes: none are made
@@ -345,6 +349,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     frame = &corrected;
   }
 
+  other_view_ = view_.Observe(utime, *frame, motion_.OdometryPose(utime));
   FoundPose found;
   report.reason = image_problem;
   bool snapped = false;
@@ -437,6 +442,7 @@ PlaceEvidence Tracker::Impl::Evidence(const FramePose& report, int num_inliers) 
   e.map_there = map_there();
   e.num_inliers = num_inliers;
   e.num_detected = report.num_detected;
+  e.other_view = other_view_;
   e.T_OC = motion_.OdometryPose(report.utime);
   return e;
 }

@@ -127,7 +127,7 @@ TEST(WireRules, IntervalsAndRevisionsAreInOrder) {
 }
 
 TEST(WireRules, ObservationsAreSortedAndUnique) {
-  const auto set = [](auto& landmark, std::vector<std::pair<int64_t, int>> list) {
+  const auto set = [](auto& landmark, const std::vector<std::pair<int64_t, int>>& list) {
     landmark.observations.clear();
     for (const auto& [keyframe, feature] : list) {
       landmark.observations.push_back({});

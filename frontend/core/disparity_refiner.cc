@@ -30,6 +30,7 @@ using Unknowns = Eigen::Vector4f;
 
 struct Kernel {
   Lanes offset, weight;  // of a column, px from the centre
+  float sum_of_weights;  // of the whole patch
 };
 
 const Kernel& Columns() {
@@ -38,6 +39,8 @@ const Kernel& Columns() {
     k.offset = Lanes::LinSpaced(static_cast<float>(-kRadius), static_cast<float>(kRadius + 1));
     k.weight = (-k.offset.square() / (2 * kSigma * kSigma)).exp();
     k.weight[kSide] = 0;
+    k.sum_of_weights = 0;
+    for (int j = 0; j < kSide; ++j) k.sum_of_weights += k.weight[j] * k.weight.sum();
     return k;
   }();
   return columns;
@@ -82,13 +85,12 @@ std::optional<float> RefineDisparity(const ImageBuffer& left, const ImageBuffer&
 
   // The left patch and its gradient along the row: what a shift changes. Taken from the left image
   // alone, so that the noise of the right one cannot draw the fit to where interpolation blurs it.
-  const auto& [offset, weight] = Columns();
+  const auto& [offset, weight, sum_of_weights] = Columns();
   Patch patch;
   Patch gradient;
   std::array<std::array<float, kStrip>, kSide> strip;
   Lanes g = Lanes::Zero(), gj = Lanes::Zero(), gg = Lanes::Zero(), ggj = Lanes::Zero(),
         ggjj = Lanes::Zero();
-  float sum_of_weights = 0;
   for (int j = 0; j < kSide; ++j) {
     std::array<float, kSide + 4> row;
     SampleRow(left, x - kRadius - 1, top + j, fy, &row);
@@ -105,7 +107,6 @@ std::optional<float> RefineDisparity(const ImageBuffer& left, const ImageBuffer&
     gg += wgg;
     ggj += dj * wgg;
     ggjj += dj * dj * wgg;
-    sum_of_weights += w * weight.sum();
   }
   const float h02 = (gg * offset).sum();
   const float h12 = (g * offset).sum();
@@ -122,18 +123,18 @@ std::optional<float> RefineDisparity(const ImageBuffer& left, const ImageBuffer&
 
   Unknowns p = Unknowns::Zero();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const float stretch = 1 + p[2];
     Lanes r1 = Lanes::Zero(), rg = Lanes::Zero(), rgj = Lanes::Zero();
     for (int j = 0; j < kSide; ++j) {
       const float dj = offset[j];
-      const float step = 1 + p[2];
       // In the strip; the right patch's first sample.
       const float begin = u_right - static_cast<float>(strip_begin) + p[0] + p[3] * dj -
-                          step * static_cast<float>(kRadius);
-      const float end = begin + step * static_cast<float>(kSide - 1);
+                          stretch * static_cast<float>(kRadius);
+      const float end = begin + stretch * static_cast<float>(kSide - 1);
       if (!(begin >= 0 && end >= 0 && begin < kStrip - 1 && end < kStrip - 1)) return std::nullopt;
       Lanes value = Lanes::Zero();
       for (int i = 0; i < kSide; ++i) {
-        const float at = begin + step * static_cast<float>(i);
+        const float at = begin + stretch * static_cast<float>(i);
         const int k = static_cast<int>(at);
         value[i] = strip[j][k] + (at - static_cast<float>(k)) * (strip[j][k + 1] - strip[j][k]);
       }

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "frontend/core/image_test_pattern.h"
@@ -15,8 +17,7 @@ constexpr int kWidth = 200;
 constexpr int kHeight = 160;
 constexpr double kNoise = 1.5;  // grey values
 
-// A surface whose disparity is d + along * u + across * v, with the brightness of the right eye
-// off by `brighter`.
+// A surface whose disparity is d + along * u + across * v.
 struct Surface {
   double d = 0;
   double along = 0;
@@ -28,6 +29,7 @@ struct Pair {
   ImageBuffer left, right;
 };
 
+// What the two eyes see of it, the right one `brighter` by so many grey values.
 Pair See(const Surface& s, uint64_t seed, int brighter = 0) {
   const CellTexture texture(seed, 6, 120);
   Pair pair;

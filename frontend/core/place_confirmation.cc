@@ -11,7 +11,6 @@ constexpr double kSmallRotation = 0.2;     // rad
 constexpr DurationUs kInARow = Milliseconds(300);
 // A fall of the inliers to less than this share, and to no more than chance gives, is a break.
 constexpr double kCollapse = 0.25;
-constexpr int kByChance = 30;
 // Two answers agree when dead reckoning leads from one to the other this well: a fixed part for
 // the answers, and one that grows with the way between them.
 constexpr double kAgreeTranslation = 0.15;  // m

@@ -25,7 +25,7 @@ namespace gw::frontend {
 // m, that lies between them.
 bool SamePlace(const SE3& error, double way = 0);
 
-// Whether so little time and motion lie between two images that they show the same.
+// Whether so little time and motion lie between two images that they must show the same scene.
 bool InARow(DurationUs time, const SE3& motion);
 
 // What one image told.
@@ -44,6 +44,7 @@ class PlaceConfirmation {
  public:
   static constexpr int kRich = 200;                            // features of a rich image
   static constexpr int kWellTracked = 60;                      // inliers before the break
+  static constexpr int kByChance = 30;                         // fewer inliers prove nothing
   static constexpr DurationUs kPatience = Milliseconds(1000);  // without vision
   static constexpr DurationUs kAskEvery = Milliseconds(200);
   static constexpr size_t kAgreeing = 3;
@@ -51,7 +52,8 @@ class PlaceConfirmation {
       Milliseconds(5000);  // answers older than this are forgotten
 
   // Whether vision breaks here: it was good in the images just before, and this one has nothing of
-  // it, or only so little that chance gives as much.
+  // it, or only so little that chance gives as much; or the view is another one, and no more than
+  // chance speaks for the pose.
   bool Contradicts(const PlaceEvidence& now) const;
 
   // After every image. True: ask the back-end about it.

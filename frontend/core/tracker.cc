@@ -349,7 +349,6 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     frame = &corrected;
   }
 
-  other_view_ = view_.Observe(utime, *frame, motion_.OdometryPose(utime));
   FoundPose found;
   report.reason = image_problem;
   bool snapped = false;
@@ -368,6 +367,13 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
       report.reason = found.reason;
     }
   }
+  // Many inliers answer the question; else the images are compared.
+  const std::optional<SE3> T_OC = motion_.OdometryPose(utime);
+  const bool weak =
+      VisionBroken() || !found.found || found.estimate.num_inliers < PlaceConfirmation::kByChance;
+  other_view_ = weak && view_.Changed(utime, *frame, T_OC);
+  view_.Remember(utime, *frame, T_OC);
+
   const SE3 T_WC_before = T_WC_;
   const SE3 T_WC_predicted = T_WC_ * motion.T_ab;
   bool vision = found.found;

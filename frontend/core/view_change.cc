@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "frontend/core/feature_grid.h"
 #include "frontend/core/place_confirmation.h"
 
 namespace gw::frontend {
@@ -15,41 +16,41 @@ constexpr float kWindow = 40;        // px about where a feature is expected
 constexpr int kSameFeature = 50;     // of 256 bits
 constexpr double kTypicalDepth = 2;  // m, of features without
 
+bool IsRich(const FeatureFrame& frame) {
+  return static_cast<int>(frame.features.size()) >= PlaceConfirmation::kRich;
+}
+
 }  // namespace
 
-bool ViewChange::Observe(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) {
-  const bool rich = T_OC && static_cast<int>(frame.features.size()) >= PlaceConfirmation::kRich;
-  bool changed = false;
-  if (rich) {
-    grid_.Build(frame.features, camera_.width, camera_.height);
-    if (has_before_ && InARow(utime - utime_, T_OC_.inverse() * *T_OC)) {
-      changed = ShareSeenAgain(frame, T_OC->inverse() * T_OC_) < kFewSeenAgain;
-    }
-    utime_ = utime;
-    before_ = frame;
-    T_OC_ = *T_OC;
-  }
-  has_before_ = rich;
-  return changed;
+bool ViewChange::Changed(Utime utime, const FeatureFrame& frame,
+                         const std::optional<SE3>& T_OC) const {
+  return before_ && T_OC && IsRich(frame) &&
+         InARow(utime - before_->utime, before_->T_OC.inverse() * *T_OC) &&
+         ShareSeenAgain(frame, T_OC->inverse() * before_->T_OC) < kFewSeenAgain;
+}
+
+void ViewChange::Remember(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) {
+  before_.reset();
+  if (T_OC && IsRich(frame)) before_ = Image{utime, frame, *T_OC};
 }
 
 double ViewChange::ShareSeenAgain(const FeatureFrame& frame, const SE3& T_CbCa) const {
+  const FeatureFrame& before = before_->frame;
+  FeatureGrid grid;
+  grid.Build(frame.features, camera_.width, camera_.height);
   int expected = 0;
   int seen = 0;
-  for (size_t i = 0; i < before_.features.size(); ++i) {
-    const Feature& f = before_.features[i];
+  for (size_t i = 0; i < before.features.size(); ++i) {
+    const Feature& f = before.features[i];
     const Eigen::Vector3d p =
         T_CbCa * camera_.Unproject(f.u, f.v, f.has_depth() ? f.depth : kTypicalDepth);
     if (!(p.z() > camera_.depth_min_m)) continue;
-    const Eigen::Vector2f uv = camera_.Project(p).cast<float>();
-    if (!(uv.x() >= 0 && uv.y() >= 0 && uv.x() < static_cast<float>(camera_.width) &&
-          uv.y() < static_cast<float>(camera_.height))) {
-      continue;
-    }
+    const Eigen::Vector2d uv = camera_.Project(p);
+    if (!camera_.InImage(uv)) continue;
     ++expected;
     int best = kSameFeature + 1;
-    grid_.ForEachNear(uv.x(), uv.y(), kWindow, [&](int k) {
-      best = std::min(best, HammingDistance(before_.descriptors[i], frame.descriptors[k]));
+    grid.ForEachNear(static_cast<float>(uv.x()), static_cast<float>(uv.y()), kWindow, [&](int k) {
+      best = std::min(best, HammingDistance(before.descriptors[i], frame.descriptors[k]));
     });
     seen += best <= kSameFeature;
   }

@@ -8,7 +8,6 @@
 #include "common/core/se3.h"
 #include "common/core/time.h"
 #include "frontend/core/feature_frame.h"
-#include "frontend/core/feature_grid.h"
 
 namespace gw::frontend {
 
@@ -16,21 +15,25 @@ class ViewChange {
  public:
   explicit ViewChange(const RectifiedCamera& camera) : camera_(camera) {}
 
-  // The next image, with its camera in the odometry frame (empty without dead reckoning). True: it
-  // shows nothing of the image before, although both are rich and dead reckoning saw hardly any
-  // motion between them.
-  bool Observe(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC);
+  // Whether this image shows nothing of the remembered one, although both are rich and dead
+  // reckoning saw hardly any motion between them. T_OC: its camera in the odometry frame; empty
+  // without dead reckoning.
+  bool Changed(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) const;
+
+  // After every image, in place of the one before.
+  void Remember(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC);
 
  private:
+  struct Image {
+    Utime utime;
+    FeatureFrame frame;
+    SE3 T_OC;
+  };
   // Share of the features of the image before that this one has where the motion puts them.
   double ShareSeenAgain(const FeatureFrame& frame, const SE3& T_CbCa) const;
 
   RectifiedCamera camera_;
-  bool has_before_ = false;  // a rich image, with dead reckoning
-  Utime utime_;
-  FeatureFrame before_;
-  SE3 T_OC_;
-  FeatureGrid grid_;  // of the newest image
+  std::optional<Image> before_;  // rich, with dead reckoning
 };
 
 }  // namespace gw::frontend

@@ -41,7 +41,7 @@ FeatureFrame See(uint64_t scene, const SE3& T_OC, uint64_t image, int num_points
     }
     if (p_C.z() < 0.3 || !found) continue;
     const Eigen::Vector2d uv = camera.Project(p_C);
-    if (uv.x() < 0 || uv.y() < 0 || uv.x() >= camera.width || uv.y() >= camera.height) continue;
+    if (!camera.InImage(uv)) continue;
     Feature f;
     f.u = static_cast<float>(uv.x() + 0.7 * chance.Normal());
     f.v = static_cast<float>(uv.y() + 0.7 * chance.Normal());
@@ -59,42 +59,47 @@ const SE3 kTurned(ExpSO3({0, 0.15, 0}), {0.02, 0, 0.1});
 
 class ViewChanges : public testing::Test {
  protected:
-  ViewChanges() : view_(Camera()) {
-    EXPECT_FALSE(view_.Observe(kFirst, See(1, kStart, 1), kStart));
+  ViewChanges() : view_(Camera()) { EXPECT_FALSE(Observe(kFirst, See(1, kStart, 1), kStart)); }
+  bool Observe(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) {
+    const bool changed = view_.Changed(utime, frame, T_OC);
+    view_.Remember(utime, frame, T_OC);
+    return changed;
   }
+
+ private:
   ViewChange view_;
 };
 
 TEST_F(ViewChanges, NotWhileTheRobotMovesThroughTheScene) {
-  EXPECT_FALSE(view_.Observe(kSecond, See(1, kTurned, 2), kTurned));
+  EXPECT_FALSE(Observe(kSecond, See(1, kTurned, 2), kTurned));
 }
 
 TEST_F(ViewChanges, WhenTheRobotIsElsewhereAtOnce) {
-  EXPECT_TRUE(view_.Observe(kSecond, See(2, kStart, 2), kTurned));
+  EXPECT_TRUE(Observe(kSecond, See(2, kStart, 2), kTurned));
   // The new scene stays.
-  EXPECT_FALSE(view_.Observe({1'066'000}, See(2, kStart, 3), kTurned));
+  EXPECT_FALSE(Observe({1'066'000}, See(2, kStart, 3), kTurned));
 }
 
 TEST_F(ViewChanges, WhenTheImageTurnsWithoutTheWheels) {
   const SE3 turned(ExpSO3({0, 0.6, 0}), {0, 0, 0});
-  EXPECT_TRUE(view_.Observe(kSecond, See(1, turned, 2), kStart));
+  EXPECT_TRUE(Observe(kSecond, See(1, turned, 2), kStart));
 }
 
 TEST_F(ViewChanges, IsNotSaidOfPoorImages) {
-  EXPECT_FALSE(view_.Observe(kSecond, See(2, kStart, 2, 400), kStart));
+  EXPECT_FALSE(Observe(kSecond, See(2, kStart, 2, 400), kStart));
   // Nor of the first after them.
-  EXPECT_FALSE(view_.Observe({1'066'000}, See(3, kStart, 3), kStart));
+  EXPECT_FALSE(Observe({1'066'000}, See(3, kStart, 3), kStart));
 }
 
 TEST_F(ViewChanges, IsNotSaidAcrossTimeOrMotion) {
-  EXPECT_FALSE(view_.Observe({1'400'000}, See(2, kStart, 2), kStart));
+  EXPECT_FALSE(Observe({1'400'000}, See(2, kStart, 2), kStart));
   const SE3 far(Eigen::Quaterniond::Identity(), {0, 0, 0.5});
-  EXPECT_FALSE(view_.Observe({1'433'000}, See(3, kStart, 3), far));
+  EXPECT_FALSE(Observe({1'433'000}, See(3, kStart, 3), far));
 }
 
 TEST_F(ViewChanges, IsNotSaidWithoutDeadReckoning) {
-  EXPECT_FALSE(view_.Observe(kSecond, See(2, kStart, 2), std::nullopt));
-  EXPECT_FALSE(view_.Observe({1'066'000}, See(3, kStart, 3), kStart));
+  EXPECT_FALSE(Observe(kSecond, See(2, kStart, 2), std::nullopt));
+  EXPECT_FALSE(Observe({1'066'000}, See(3, kStart, 3), kStart));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Encoding and decoding of every type but CAMERA, against lcm-gen's own code.
 #include "lcmtypes/wire/wire.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <gw_lcm/ack_t.hpp>

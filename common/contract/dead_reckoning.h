@@ -19,7 +19,9 @@ namespace gw {
 //   L = int Ad dt,   l_w = int Ad [v; 0] dt,   l_t = int Ad [0; w] dt
 // W (white) is noise that averages out; C (coherent) is a twist error that stays constant over
 // seconds: bias; the errors of the two scales stay constant as well, but what they do goes with the
-// motion: a turn there and back cancels them (docs/adr/0004-dr-increment-covariance.md).
+// motion: a turn there and back cancels them (docs/adr/0004-dr-increment-covariance.md). Where C or
+// a sigma changes inside the interval, L and l hold only what the errors of then and of the end
+// have in common (DrNoise).
 struct DrState {
   Utime utime;
   int64_t seq = 0;

@@ -36,7 +36,32 @@ Matrix6d Factor(const Matrix6d& cov) {
 
 }  // namespace
 
+DrCommon DrNoise::Sigmas(const DrState& state) {
+  DrCommon sigma;
+  sigma << Factor(state.cov_twist_coherent).diagonal(), state.way_scale_sigma,
+      state.turn_scale_sigma;
+  return sigma;
+}
+
+// From the common errors of before to those of now, which have these sigmas: what is not common to
+// both no longer goes on.
+void DrNoise::Follow(const DrCommon& sigma) {
+  for (int k = 0; k < sigma.size(); ++k) {
+    // Not told, as while the robot stands still: what was known is not forgotten.
+    if (!(sigma[k] > 0)) continue;
+    if (sigma_[k] > 0) {
+      const double correlation = std::min(sigma[k], sigma_[k]) / std::max(sigma[k], sigma_[k]);
+      const Vector6d part = lever.col(k);
+      white += (1 - correlation * correlation) * part * part.transpose();
+      lever.col(k) *= correlation;
+      kept[k] *= correlation;
+    }
+    sigma_[k] = sigma[k];
+  }
+}
+
 void DrNoise::Append(const DrState& state, const SE3& T_step, double dt_s) {
+  Follow(Sigmas(state));
   const Matrix6d adj = T_step.inverse().Adjoint();
   white = adj * white * adj.transpose() + state.cov_twist_white * dt_s;
   lever = (adj * lever).eval();
@@ -88,6 +113,7 @@ std::optional<DrIncrement> DrHistory::Increment(Utime a, Utime b, DurationUs max
   out.reset_counter = it->reset_counter;
 
   DrNoise sum;
+  sum.Begin(*it);
   Utime from = a;
   SE3 T_OB_from = *T_OBa;
   for (; it != states_.end(); ++it) {

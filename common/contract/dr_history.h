@@ -11,21 +11,37 @@ namespace gw {
 
 // What two motions in a row have in common: a constant twist error (6), and the errors of the
 // scales of way and turn; all in sigmas, so that each part of a motion has the doubt of its time.
+//
+// The source learns while the robot drives. Its error e of then and of now are those of one optimal
+// estimate before and after more was measured, E[e_then e_now] = min(sigma^2), so that their
+// correlation is the smaller sigma over the larger. A turn there and back cancels a wrong scale
+// only as far as that: what was learnt in between corrected the way back alone.
 inline constexpr int kWayScale = 6;
 inline constexpr int kTurnScale = 7;
 using DrLever = Eigen::Matrix<double, 6, 8>;
 using DrCoherent = Eigen::Matrix<double, 8, 8>;
+using DrCommon = Eigen::Matrix<double, 8, 1>;
 
 // Noise of a motion, split by how it goes on: see DrState.
 struct DrNoise {
   Matrix6d white = Matrix6d::Zero();  // m^2, rad^2; right perturbation of T_BaBb
-  DrLever lever = DrLever::Zero();    // carries the common errors to the end of the motion
+  DrLever lever = DrLever::Zero();    // carries the common errors, as they are at the end, there
   DrCoherent coherent = DrCoherent::Identity();  // their covariance
+  DrCommon kept = DrCommon::Ones();  // their correlation with those at the begin, each with its own
 
   Matrix6d Covariance() const { return white + lever * coherent * lever.transpose(); }
 
+  // The motion begins where this state was the newest; `kept` counts from here.
+  void Begin(const DrState& state) { sigma_ = Sigmas(state); }
+
   // The motion goes on by T_step for dt_s > 0, with the noise that `state` tells.
   void Append(const DrState& state, const SE3& T_step, double dt_s);
+
+ private:
+  static DrCommon Sigmas(const DrState& state);
+  void Follow(const DrCommon& sigma);
+
+  DrCommon sigma_ = DrCommon::Zero();  // of the common errors at the end; 0: not told yet
 };
 
 class DrHistory {

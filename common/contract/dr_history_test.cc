@@ -73,5 +73,57 @@ TEST(DrHistory, CovarianceComposesWhiteAndCoherentParts) {
   EXPECT_NEAR(increment->cov(1, 1), 0.09 + 0.01 * 4.0 / 3.0, 1e-4);
 }
 
+// Turns by 1 rad within a second and back within the next, on the spot.
+DrHistory ThereAndBack(double sigma_there, double sigma_back) {
+  DrHistory history;
+  for (int i = 0; i <= 200; ++i) {
+    DrState s;
+    s.utime = {i * 10000};
+    s.T_OB = SE3(ExpSO3({0, 0, 0.01 * (i <= 100 ? i : 200 - i)}), Eigen::Vector3d::Zero());
+    s.w_OB_B = {0, 0, i <= 100 ? 1.0 : -1.0};
+    s.turn_scale_sigma = i <= 100 ? sigma_there : sigma_back;
+    history.Push(s);
+  }
+  return history;
+}
+
+double HeadingVariance(const DrHistory& history) {
+  DrNoise noise;
+  const auto increment = history.Increment({0}, {2000000}, {0}, &noise);
+  EXPECT_LT((increment->cov - noise.Covariance()).norm(), 1e-15);
+  return increment->cov(5, 5);
+}
+
+TEST(DrHistory, AWrongScaleCancelsOnTheWayBack) {
+  EXPECT_NEAR(HeadingVariance(ThereAndBack(0.01, 0.01)), 0, 1e-12);
+}
+
+// The scale's error e0 of the way there is that of the way back, e1, and what was learnt in
+// between, independent of e1: e0 - e1 has the variance sigma0^2 - sigma1^2.
+TEST(DrHistory, WhatIsLearntInBetweenCorrectsTheWayBackAlone) {
+  const double learnt = 0.01 * 0.01 - 0.008 * 0.008;
+  EXPECT_NEAR(HeadingVariance(ThereAndBack(0.01, 0.008)), learnt, 1e-9);
+  EXPECT_NEAR(HeadingVariance(ThereAndBack(0.008, 0.01)), learnt, 1e-9) << "a scale that wanders";
+}
+
+TEST(DrHistory, StandingStillForgetsNothing) {
+  DrHistory history;
+  for (int i = 0; i <= 300; ++i) {  // 1 s at 0.1 rad/s, still for 1 s, 1 s more
+    DrState s;
+    s.utime = {i * 10000};
+    const bool still = i > 100 && i <= 200;
+    s.T_OB = SE3(ExpSO3({0, 0,
+                         0.001 * (i <= 100 ? i
+                                  : still  ? 100
+                                           : i - 100)}),
+                 Eigen::Vector3d::Zero());
+    if (!still) s.cov_twist_coherent(5, 5) = 1e-4;
+    history.Push(s);
+  }
+  const auto increment = history.Increment({0}, {3000000}, {0});
+  ASSERT_TRUE(increment);
+  EXPECT_NEAR(increment->cov(5, 5), 4e-4, 1e-8) << "the same bias before and after";
+}
+
 }  // namespace
 }  // namespace gw

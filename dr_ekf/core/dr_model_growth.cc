@@ -79,10 +79,6 @@ DrState DrModel::Publish(const FilterState& state) const {
   }
   out.cov_twist_white.diagonal() += white;
   out.cov_twist_white += adj_BS_ * state.correction_rate * adj_BS_.transpose();
-  out.cov_twist_white *= kComposedVariance;
-  C *= kComposedVariance;
-  out.way_scale_sigma *= std::sqrt(kComposedVariance);
-  out.turn_scale_sigma *= std::sqrt(kComposedVariance);
   return out;
 }
 

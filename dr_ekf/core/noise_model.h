@@ -51,11 +51,6 @@ inline constexpr double kHeadingDrift = 2e-4;            // rad/s, constant over
 // A parked robot: keeps covariances invertible. 2 mm and 0.1 deg per hour.
 inline constexpr double kPoseFloor = 1e-9;  // m^2/s, rad^2/s
 
-// Increments that others compose of W, C and the scales come out tighter than the filter's own,
-// which also knows how the errors hang together: mean NEES 6.7 instead of 4.9 over 1 s
-// (dr_nees_test prints both). They may be too careful, not too sure.
-inline constexpr double kComposedVariance = 1.36;
-
 // Corrections by updates come in steps; as white noise they are spread over this time.
 inline constexpr double kCorrectionMemory = 0.2;  // s
 // A parked robot that starts: way and turn that pass before stillness is seen to end.

@@ -137,10 +137,13 @@ TEST_P(DrNees, IncrementsAreHonest) {
               sigma_yaw * 180 / M_PI);
   for (size_t k = 1; k < lengths_s.size(); ++k) {
     EXPECT_GE(exact[k].inside, 0.9 * kRuns) << lengths_s[k];
-    // What other processes compose may be too careful, not too sure. With wheels and gyro, 7 of 120
-    // are too sure over 10 s that turn little: their heading by up to 1.4 sigma of the filter's
-    // own.
-    EXPECT_LE(published[k].above, 0.06 * kRuns) << lengths_s[k];
+    // What other processes compose does not know how attitude and speed hang together: with an
+    // accelerometer it is too careful over a minute (tilt), and now and then too sure sideways in
+    // the first seconds.
+    if (lengths_s[k] <= 10) {
+      EXPECT_GE(published[k].inside, 0.9 * kRuns) << lengths_s[k];
+    }
+    EXPECT_LE(published[k].above, 0.07 * kRuns) << lengths_s[k];
   }
 }
 

@@ -41,6 +41,7 @@ Motion MotionModel::Between(Utime a, Utime b) const {
       out.noise.white = to_camera * noise_B.white * to_camera.transpose();
       out.noise.lever = to_camera * noise_B.lever;
       out.noise.coherent = noise_B.coherent;
+      out.noise.kept = noise_B.kept;
       out.weight_cov = DrCovariance(dt, out.noise.Covariance(), dr_weight_);
       // A source that does not tell its noise has the nominal one.
       if (out.noise.Covariance().isZero(0)) out.noise.white = out.weight_cov;

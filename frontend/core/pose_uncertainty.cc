@@ -51,12 +51,14 @@ void PoseUncertainty::Reset(const Matrix6d& cov) {
 void PoseUncertainty::Predict(const SE3& T_ab, const DrNoise& noise, DurationUs time) {
   const Matrix6d A = T_ab.inverse().Adjoint();
   const DrLever& G = noise.lever;
+  cross_ = (cross_ * noise.kept.asDiagonal()).eval();  // with c as it is now
   const Matrix6d AxG = A * cross_ * G.transpose();
   cov_ = A * cov_ * A.transpose() + AxG + AxG.transpose() + noise.Covariance();
   cross_ = (A * cross_ + G * noise.coherent).eval();
   const double kept = std::exp(-time.seconds() / kVisionMemory);
   with_vision_ = (kept * A * with_vision_).eval();
   for (Past& a : past_) {
+    a.cross = (a.cross * noise.kept.asDiagonal()).eval();
     a.with_now = (A * a.with_now + G * a.cross.transpose()).eval();
     a.with_vision *= kept;
   }

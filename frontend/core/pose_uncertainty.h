@@ -14,7 +14,8 @@
 // images, it does not average out as independent errors would.
 //
 // K = 0 while blind: then x- is exactly the growth that the filter reports, also over minutes,
-// because the correlation of x and c is kept. Tangents: camera, right perturbation; c: see DrNoise.
+// because the correlation of x and c is kept, as far as c of now is that of before (DrNoise::kept).
+// Tangents: camera, right perturbation.
 //
 // The motion between two images has the covariance of x_b - Ad(inv(T_ab)) x_a. Errors of poses a
 // second apart have much in common, unless vision placed each of them: E[x_b x_a^T] is followed

@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "common/core/random.h"
@@ -118,6 +119,45 @@ TEST(PoseUncertainty, BlindItIsTheGrowthThatDeadReckoningReports) {
   }
   const Matrix6d expected = white + lever * track.noise.coherent * lever.transpose();
   EXPECT_LT((uncertainty.cov() - expected).norm(), 1e-9 * expected.norm());
+}
+
+// Image by image, and over the motion of the last second, it is what dead reckoning composes in one
+// piece, also while a bias and a scale are being learnt (but for what is learnt between two
+// images).
+TEST(PoseUncertainty, FollowsWhatDeadReckoningLearns) {
+  DrHistory history;
+  SE3 T_OB;
+  for (int i = 0; i <= 400; ++i) {
+    DrState s;
+    s.utime = {i * 10000};
+    const double turn = i < 200 ? 0.5 : -0.5;  // rad/s
+    if (i > 0) T_OB = T_OB * SE3::Exp((Vector6d() << 0.005, 0, 0, 0, 0, 0.01 * turn).finished());
+    s.T_OB = T_OB;
+    s.v_OB_B = {0.5, 0, 0};
+    s.w_OB_B = {0, 0, turn};
+    s.cov_twist_white = Diagonal(1e-3, 1e-3);
+    s.cov_twist_coherent(5, 5) = 1e-4 * std::exp(-0.005 * i);
+    s.turn_scale_sigma = 0.01 * std::exp(-0.004 * i);
+    ASSERT_TRUE(history.Push(s));
+  }
+  PoseUncertainty uncertainty;
+  uncertainty.Reset(Matrix6d::Zero());
+  std::optional<PoseUncertainty::Motion> motion;
+  for (int k = 1; k <= 100; ++k) {
+    const Utime a{(k - 1) * 40000}, b{k * 40000};
+    DrNoise noise;
+    const auto increment = history.Increment(a, b, {0}, &noise);
+    ASSERT_TRUE(increment);
+    uncertainty.Predict(increment->T_BaBb, noise, b - a);
+    motion = uncertainty.Remember(b, *history.PoseAt(b, {0}), Milliseconds(1000));
+  }
+  const auto whole = history.Increment({0}, {4000000}, {0});
+  ASSERT_TRUE(whole);
+  EXPECT_LT((uncertainty.cov() - whole->cov).norm(), 0.02 * whole->cov.norm());
+  const auto second = history.Increment({3000000}, {4000000}, {0});
+  ASSERT_TRUE(second && motion);
+  EXPECT_EQ(motion->length.us, 1000000);
+  EXPECT_LT((motion->cov - second->cov).norm(), 0.02 * second->cov.norm());
 }
 
 TEST(PoseUncertainty, VisionAloneForgetsTheDrift) {

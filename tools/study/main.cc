@@ -1,4 +1,4 @@
-// gw-study: the paper's figures and localisation in a map, one command each.
+// gw-study: the paper's figures, localisation in a map and its loops, one command each.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
@@ -24,11 +24,13 @@ constexpr Command kCommands[] = {
     {"latency", "tracking time with and without Good Weights", MakeLatencyStudy},
     {"repeat-run", "the same way lap after lap, the map kept", MakeRepeatRunStudy},
     {"localize", "starts in a saved map, and the robot carried about in it", MakeLocalizeStudy},
+    {"loops", "are the loops of a drive closed, and does that make the map better", MakeLoopsStudy},
 };
 
 int Main(int argc, char** argv) {
   CLI::App app(
-      "The paper's studies, and localisation in a map. Each writes NAME.md, NAME.csv and NAME.svg\n"
+      "The paper's studies, localisation in a map, and its loops. Each writes NAME.md, NAME.csv "
+      "and NAME.svg\n"
       "and prints the first.\n"
       "Exit: 0 ok, 1 failed, 2 usage, 78 bad configuration.");
   app.set_version_flag("--version", Version());

@@ -22,5 +22,6 @@ std::unique_ptr<Study> MakeAlphaSweepStudy();
 std::unique_ptr<Study> MakeLatencyStudy();
 std::unique_ptr<Study> MakeRepeatRunStudy();
 std::unique_ptr<Study> MakeLocalizeStudy();
+std::unique_ptr<Study> MakeLoopsStudy();
 
 }  // namespace gw::study

@@ -34,13 +34,17 @@ Matrix6d Factor(const Matrix6d& cov) {
   return L;
 }
 
+// Of the common errors that the state tells; twist: the factor of its C.
+DrCommon Sigmas(const DrState& state, const Matrix6d& twist) {
+  DrCommon sigma;
+  sigma << twist.diagonal(), state.way_scale_sigma, state.turn_scale_sigma;
+  return sigma;
+}
+
 }  // namespace
 
-DrCommon DrNoise::Sigmas(const DrState& state) {
-  DrCommon sigma;
-  sigma << Factor(state.cov_twist_coherent).diagonal(), state.way_scale_sigma,
-      state.turn_scale_sigma;
-  return sigma;
+void DrNoise::Begin(const DrState& state) {
+  sigma_ = Sigmas(state, Factor(state.cov_twist_coherent));
 }
 
 // From the common errors of before to those of now, which have these sigmas: what is not common to
@@ -61,11 +65,12 @@ void DrNoise::Follow(const DrCommon& sigma) {
 }
 
 void DrNoise::Append(const DrState& state, const SE3& T_step, double dt_s) {
-  Follow(Sigmas(state));
+  const Matrix6d twist = Factor(state.cov_twist_coherent);
+  Follow(Sigmas(state, twist));
   const Matrix6d adj = T_step.inverse().Adjoint();
   white = adj * white * adj.transpose() + state.cov_twist_white * dt_s;
   lever = (adj * lever).eval();
-  lever.leftCols<6>() += Factor(state.cov_twist_coherent) * dt_s;
+  lever.leftCols<6>() += twist * dt_s;
   lever.col(kWayScale).head<3>() += state.way_scale_sigma * state.v_OB_B * dt_s;
   lever.col(kTurnScale).tail<3>() += state.turn_scale_sigma * state.w_OB_B * dt_s;
 }

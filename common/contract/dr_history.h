@@ -32,13 +32,12 @@ struct DrNoise {
   Matrix6d Covariance() const { return white + lever * coherent * lever.transpose(); }
 
   // The motion begins where this state was the newest; `kept` counts from here.
-  void Begin(const DrState& state) { sigma_ = Sigmas(state); }
+  void Begin(const DrState& state);
 
   // The motion goes on by T_step for dt_s > 0, with the noise that `state` tells.
   void Append(const DrState& state, const SE3& T_step, double dt_s);
 
  private:
-  static DrCommon Sigmas(const DrState& state);
   void Follow(const DrCommon& sigma);
 
   DrCommon sigma_ = DrCommon::Zero();  // of the common errors at the end; 0: not told yet

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace gw {
 namespace {
 
@@ -112,11 +114,8 @@ TEST(DrHistory, StandingStillForgetsNothing) {
     DrState s;
     s.utime = {i * 10000};
     const bool still = i > 100 && i <= 200;
-    s.T_OB = SE3(ExpSO3({0, 0,
-                         0.001 * (i <= 100 ? i
-                                  : still  ? 100
-                                           : i - 100)}),
-                 Eigen::Vector3d::Zero());
+    const double turned = 0.001 * (i <= 100 ? i : std::max(100, i - 100));
+    s.T_OB = SE3(ExpSO3({0, 0, turned}), Eigen::Vector3d::Zero());
     if (!still) s.cov_twist_coherent(5, 5) = 1e-4;
     history.Push(s);
   }

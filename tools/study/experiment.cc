@@ -38,22 +38,41 @@ std::string ConfigHashText(const RobotConfig& config) {
   return tools::HashText(ConfigHash(config));
 }
 
+Result<tools::SlamSession> RunSession(
+    const Experiment& experiment, const RobotConfig& config, const tools::LogRunOptions& options,
+    const std::function<void(const tools::SlamSession&)>& after_event) {
+  auto session = tools::SlamSession::Create(config);
+  if (!session) return session.error();
+  auto log = process::EventLogReader::Open(experiment.path);
+  if (!log) return log.error();
+  const auto done = tools::RunLog(*log, options, &*session, [&](const process::LogEvent&) {
+    if (after_event) after_event(*session);
+  });
+  if (!done) return done.error();
+  if (session->frames().empty()) {
+    return Error{ErrorCode::kBadData,
+                 experiment.path + ": no image in the span that can be used; see gw-log info"};
+  }
+  return session;
+}
+
 Result<measure::SlamRun> Run(Experiment* experiment, const std::string& variant,
                              const tools::LogRunOptions& options) {
   const auto config = ConfigFor(*experiment, variant);
   if (!config) return config.error();
-  auto session = tools::SlamSession::Create(*config);
+  const auto session = RunSession(*experiment, *config, options);
   if (!session) return session.error();
-  auto log = process::EventLogReader::Open(experiment->path);
-  if (!log) return log.error();
-  const auto done = tools::RunLog(*log, options, &*session);
-  if (!done) return done.error();
-  if (session->frames().empty()) {
-    return Error{ErrorCode::kBadData,
-                 experiment->path + ": no image in the span that can be used; see gw-log info"};
-  }
   experiment->dr_synthetic |= session->dr_synthetic();
   return measure::RunOf(*session);
+}
+
+eval::Trajectory KeyframePoses(const backend::Map& map, const RectifiedCamera& camera) {
+  const SE3 T_CB = camera.T_BC.inverse();
+  eval::Trajectory out;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    out.push_back({keyframe.frame.utime, keyframe.frame.T_WC * T_CB});
+  }
+  return out;
 }
 
 std::string Describe(const Experiment& experiment) {

@@ -2,6 +2,7 @@
 // files that a study leaves.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,9 +29,18 @@ Result<Experiment> LoadExperiment(const std::string& log, const std::string& con
 Result<RobotConfig> ConfigFor(const Experiment& experiment, const std::string& variant);
 std::string ConfigHashText(const RobotConfig& config);
 
-// Runs the log. Error: as of the stages and of RunLog; kBadData when no image can be used.
+// Runs the log and finishes the session. after_event: sees the session after each event.
+// Error: as of the stages and of RunLog; kBadData when no image can be used.
+Result<tools::SlamSession> RunSession(
+    const Experiment& experiment, const RobotConfig& config, const tools::LogRunOptions& options,
+    const std::function<void(const tools::SlamSession&)>& after_event = nullptr);
+
+// The same, what it leaves image by image; notes whether dead reckoning is synthetic.
 Result<measure::SlamRun> Run(Experiment* experiment, const std::string& variant,
                              const tools::LogRunOptions& options);
+
+// The keyframes of a map as poses of the body.
+eval::Trajectory KeyframePoses(const backend::Map& map, const RectifiedCamera& camera);
 
 // "log X (hash ..)": for tables and plots. Says so where dead reckoning is synthetic.
 std::string Describe(const Experiment& experiment);

@@ -44,12 +44,8 @@ Result<backend::Map> MakeMap(const Experiment& mapping, const RectifiedCamera& c
     if (!loaded) return loaded.error();
     return std::move(loaded->map);
   }
-  auto session = tools::SlamSession::Create(mapping.config);
+  const auto session = RunSession(mapping, mapping.config, {});
   if (!session) return session.error();
-  auto log = process::EventLogReader::Open(mapping.path);
-  if (!log) return log.error();
-  const auto done = tools::RunLog(*log, {}, &*session);
-  if (!done) return done.error();
   return session->mapper().map();
 }
 
@@ -58,12 +54,8 @@ Result<SavedMap> MakeSavedMap(const Experiment& mapping, const std::string& fold
   if (!geometry) return geometry.error();
   auto map = MakeMap(mapping, geometry->rectified, folder);
   if (!map) return map.error();
-  eval::Trajectory keyframes;
-  for (const auto& [id, keyframe] : map->keyframes()) {
-    keyframes.push_back(
-        {keyframe.frame.utime, keyframe.frame.T_WC * geometry->rectified.T_BC.inverse()});
-  }
-  const auto evaluation = eval::Evaluate(mapping.truth, keyframes, eval::EvalOptions());
+  const auto evaluation =
+      eval::Evaluate(mapping.truth, KeyframePoses(*map, geometry->rectified), eval::EvalOptions());
   if (!evaluation) {
     return Error{evaluation.error().code,
                  "keyframes of the map of " + mapping.path + ": " + evaluation.error().message};

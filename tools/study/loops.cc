@@ -2,7 +2,7 @@
 // make it better? revisits.h says what counts.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <map>
 #include <optional>
 
 #include "common/core/format.h"
@@ -15,21 +15,12 @@
 namespace gw::study {
 namespace {
 
-eval::Trajectory Keyframes(const tools::SlamSession& session) {
-  const SE3 T_CB = session.camera().T_BC.inverse();
-  eval::Trajectory out;
-  for (const auto& [id, keyframe] : session.mapper().map().keyframes()) {
-    out.push_back({keyframe.frame.utime, keyframe.frame.T_WC * T_CB});
-  }
-  return out;
-}
-
 // The map around the moment in which a loop was closed.
 struct Closure {
-  Utime utime;                                  // of the newest keyframe
-  eval::Trajectory before;                      // its keyframes
-  std::optional<eval::Trajectory> after_graph;  // the pose graph moved them,
-  std::optional<eval::Trajectory> after;        // and global BA
+  Utime utime;                            // of the newest keyframe
+  eval::Trajectory before;                // its keyframes
+  eval::Trajectory after_graph;           // the pose graph moved them,
+  std::optional<eval::Trajectory> after;  // and global BA
 };
 
 // Sees the session after every event.
@@ -39,7 +30,7 @@ class ClosureWatch {
     const backend::Mapper& mapper = session.mapper();
     if (mapper.map().revision() == revision_) return;
     revision_ = mapper.map().revision();
-    eval::Trajectory now = Keyframes(session);
+    eval::Trajectory now = KeyframePoses(mapper.map(), session.camera());
     if (mapper.loop_counters().closed > closed_) {
       closed_ = mapper.loop_counters().closed;
       closures_.push_back({now.back().utime, last_, now, {}});
@@ -59,11 +50,12 @@ class ClosureWatch {
 };
 
 struct ClosureResult {
-  double t_s = 0;
+  Utime utime;
   double before_m = 0, after_graph_m = 0, after_m = 0;  // APE of the keyframes; NaN: there is none
 };
 
 struct LoopsResult {
+  Utime begin;  // of the first image
   std::vector<RevisitOutcome> revisits;
   std::vector<ClosureResult> closures;
   int64_t pairs = 0, false_pairs = 0;
@@ -86,15 +78,12 @@ class LoopsStudy : public Study {
     if (!experiment) return experiment.error();
     const auto config = ConfigFor(*experiment, variant_);
     if (!config) return config.error();
-    auto session = tools::SlamSession::Create(*config);
-    if (!session) return session.error();
-    auto log = process::EventLogReader::Open(experiment->path);
-    if (!log) return log.error();
     ClosureWatch watch;
-    const auto done = tools::RunLog(*log, {.seed = seed_, .span = {}}, &*session,
-                                    [&](const process::LogEvent&) { watch.Observe(*session); });
-    if (!done) return done.error();
-    watch.Observe(*session);
+    const auto session =
+        RunSession(*experiment, *config, {.seed = seed_, .span = {}},
+                   [&](const tools::SlamSession& running) { watch.Observe(running); });
+    if (!session) return session.error();
+    watch.Observe(*session);  // what was still running when the log ended
     experiment->dr_synthetic = session->dr_synthetic();
     const auto result = Judge(*experiment, *session, watch.closures());
     if (!result) return result.error();
@@ -106,28 +95,22 @@ class LoopsStudy : public Study {
                                    const std::vector<Closure>& closures) {
     LoopsResult out;
     out.counters = session.mapper().loop_counters();
-    eval::Trajectory frames;
-    for (const FramePose& f : session.frames()) frames.push_back({f.utime, f.T_WB});
-    const auto of_frames = eval::Evaluate(experiment.truth, frames, {});
+    out.begin = session.frames().front().utime;
+    const auto of_frames = eval::Evaluate(experiment.truth, measure::RunOf(session).Live(), {});
     if (!of_frames) return of_frames.error();
     out.frame_rmse_m = of_frames->ape_translation_m.rmse;
-    const Utime begin = frames.front().utime;
 
     const auto pairs = CovisiblePairs(experiment, session);
     out.pairs = static_cast<int64_t>(pairs.size());
     out.false_pairs = CountFalsePairs(pairs);
     out.revisits = JudgeRevisits(FindRevisits(experiment.truth), pairs);
-    for (RevisitOutcome& r : out.revisits) {
-      r.revisit = {{(r.revisit.begin - begin).us}, {(r.revisit.end - begin).us}};
-    }
     const auto ape = [&](const std::optional<eval::Trajectory>& keyframes) {
       if (!keyframes) return std::nan("");
       const auto e = eval::Evaluate(experiment.truth, *keyframes, {});
       return e ? e->ape_translation_m.rmse : std::nan("");
     };
     for (const Closure& c : closures) {
-      out.closures.push_back(
-          {(c.utime - begin).seconds(), ape(c.before), ape(c.after_graph), ape(c.after)});
+      out.closures.push_back({c.utime, ape(c.before), ape(c.after_graph), ape(c.after)});
     }
     return out;
   }
@@ -137,8 +120,8 @@ class LoopsStudy : public Study {
     const backend::Map& map = session.mapper().map();
     const eval::EvalOptions gaps;
     std::map<Utime, SE3> truth;
-    for (const eval::PosePair& pair :
-         eval::Associate(experiment.truth, Keyframes(session), gaps.max_gap, gaps.max_diff)) {
+    for (const eval::PosePair& pair : eval::Associate(
+             experiment.truth, KeyframePoses(map, session.camera()), gaps.max_gap, gaps.max_diff)) {
       truth[pair.utime] = pair.T_ref;
     }
     std::vector<CovisiblePair> out;
@@ -178,8 +161,8 @@ class LoopsStudy : public Study {
         "|\n| --- | --- | --- |\n";
     files.csv = "what,begin_s,end_s,pairs,delay_s,ape_before_m,ape_after_graph_m,ape_after_m\n";
     for (const RevisitOutcome& o : r.revisits) {
-      const std::string begin = FormatFixed(o.revisit.begin.seconds(), 1);
-      const std::string end = FormatFixed(o.revisit.end.seconds(), 1);
+      const std::string begin = FormatFixed((o.revisit.begin - r.begin).seconds(), 1);
+      const std::string end = FormatFixed((o.revisit.end - r.begin).seconds(), 1);
       const std::string delay = o.delay ? FormatFixed(o.delay->seconds(), 2) : "";
       files.markdown += "| " + begin + " - " + end + " | " + std::to_string(o.pairs) + " | " +
                         (o.delay ? delay : "never") + " |\n";
@@ -190,7 +173,7 @@ class LoopsStudy : public Study {
         "\n| loop closed, s | APE of the keyframes before, m | after the pose graph | after global "
         "BA | after / before |\n| --- | --- | --- | --- | --- |\n";
     for (const ClosureResult& c : r.closures) {
-      const std::string t = FormatFixed(c.t_s, 1);
+      const std::string t = FormatFixed((c.utime - r.begin).seconds(), 1);
       const std::string values[3] = {FormatFixed(c.before_m, 4), FormatFixed(c.after_graph_m, 4),
                                      FormatFixed(c.after_m, 4)};
       files.markdown += "| " + t + " | " + values[0] + " | " + values[1] + " | " + values[2] +
@@ -218,16 +201,15 @@ class LoopsStudy : public Study {
     open.label = "again, not joined";
     open.color = "#d62728";
     open.width = 3;
-    const Utime begin = experiment.truth.front().utime;
     for (const eval::TimedPose& pose : experiment.truth) {
       const double x = pose.T.translation().x();
       const double y = pose.T.translation().y();
       all.x.push_back(x);
       all.y.push_back(y);
-      const Utime t{(pose.utime - begin).us};
-      const auto in = std::find_if(
-          r.revisits.begin(), r.revisits.end(),
-          [&](const RevisitOutcome& o) { return t >= o.revisit.begin && t <= o.revisit.end; });
+      const auto in =
+          std::find_if(r.revisits.begin(), r.revisits.end(), [&](const RevisitOutcome& o) {
+            return pose.utime >= o.revisit.begin && pose.utime <= o.revisit.end;
+          });
       for (plot::Series* series : {&joined, &open}) {
         const bool here = in != r.revisits.end() && (in->pairs > 0) == (series == &joined);
         series->x.push_back(x);

@@ -29,9 +29,8 @@ constexpr Command kCommands[] = {
 
 int Main(int argc, char** argv) {
   CLI::App app(
-      "The paper's studies, localisation in a map, and its loops. Each writes NAME.md, NAME.csv "
-      "and NAME.svg\n"
-      "and prints the first.\n"
+      "The paper's studies, localisation in a map, and its loops. Each writes NAME.md, NAME.csv\n"
+      "and NAME.svg and prints the first.\n"
       "Exit: 0 ok, 1 failed, 2 usage, 78 bad configuration.");
   app.set_version_flag("--version", Version());
   app.require_subcommand(1);

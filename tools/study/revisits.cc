@@ -1,8 +1,8 @@
 #include "tools/study/revisits.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+
+#include "tools/study/same_view.h"
 
 namespace gw::study {
 namespace {
@@ -18,12 +18,6 @@ eval::Trajectory Thinned(const eval::Trajectory& truth) {
   return out;
 }
 
-bool SeesTheSame(const SE3& a, const SE3& b) {
-  const SE3 T_ab = a.inverse() * b;
-  return T_ab.translation().norm() <= kRevisitDistance &&
-         LogSO3(T_ab.rotation()).norm() <= kRevisitAngle * std::numbers::pi / 180;
-}
-
 }  // namespace
 
 std::vector<Revisit> FindRevisits(const eval::Trajectory& truth) {
@@ -31,11 +25,13 @@ std::vector<Revisit> FindRevisits(const eval::Trajectory& truth) {
   std::vector<Revisit> out;
   for (const eval::TimedPose& now : poses) {
     const bool again = std::any_of(poses.begin(), poses.end(), [&](const eval::TimedPose& before) {
-      return now.utime - before.utime >= kRevisitAfter && SeesTheSame(before.T, now.T);
+      return now.utime - before.utime >= kRevisitAfter &&
+             SameView(before.T, now.T, kRevisitDistance, kRevisitAngle);
     });
     if (!again) continue;
-    if (out.empty() || now.utime - out.back().end > kLongestPause)
+    if (out.empty() || now.utime - out.back().end > kLongestPause) {
       out.push_back({now.utime, now.utime});
+    }
     out.back().end = now.utime;
   }
   return out;

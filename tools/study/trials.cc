@@ -3,24 +3,15 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "common/core/random.h"
+#include "tools/study/same_view.h"
 
 namespace gw::study {
 namespace {
 
 constexpr uint64_t kStartStream = 0x57A7;
 constexpr uint64_t kCarryStream = 0xCA44;
-
-double AngleDeg(const SE3& T) {
-  return LogSO3(T.rotation()).norm() * 180 / std::numbers::pi;
-}
-
-bool SameView(const SE3& a, const SE3& b) {
-  const SE3 T_ab = a.inverse() * b;
-  return T_ab.translation().norm() < kViewDistance && AngleDeg(T_ab) < kViewAngle;
-}
 
 bool Claims(const FramePose& frame) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(frame.cov_T_WB.topLeftCorner<3, 3>());
@@ -39,8 +30,9 @@ const View& Draw(const std::vector<View>& views, CounterRng* rng) {
 }  // namespace
 
 bool MappedViews::InSight(const SE3& T_GB) const {
-  return std::any_of(T_GB_.begin(), T_GB_.end(),
-                     [&](const SE3& keyframe) { return SameView(keyframe, T_GB); });
+  return std::any_of(T_GB_.begin(), T_GB_.end(), [&](const SE3& keyframe) {
+    return SameView(keyframe, T_GB, kViewDistance, kViewAngle);
+  });
 }
 
 std::vector<Trial> DrawTrials(const eval::Trajectory& truth, const MappedViews& views,
@@ -73,7 +65,7 @@ std::vector<Trial> DrawTrials(const eval::Trajectory& truth, const MappedViews& 
       const auto left = std::lower_bound(
           truth.begin(), truth.end(), from,
           [](const eval::TimedPose& pose, Utime utime) { return pose.utime < utime; });
-      if (from >= to.utime || SameView(left->T, to.T_GB)) continue;
+      if (from >= to.utime || SameView(left->T, to.T_GB, kViewDistance, kViewAngle)) continue;
       out.push_back({in_sight, begin.utime, end_of(to.utime), Trial::Carry{from, to.utime}});
       ++made;
     }

@@ -87,8 +87,9 @@ Result<Done> WriteStudy(const std::string& folder, const std::string& name,
   if (error) return Error{ErrorCode::kIo, folder + ": cannot be made: " + error.message()};
   const std::pair<const char*, const std::string*> all[] = {
       {".md", &files.markdown}, {".csv", &files.csv}, {".svg", &files.svg}};
+  const std::string base = folder + "/" + name;
   for (const auto& [extension, text] : all) {
-    const auto written = tools::WriteTextFile(folder + "/" + name + extension, *text);
+    const auto written = tools::WriteTextFile(base + extension, *text);
     if (!written) return written.error();
   }
   return Done{};

@@ -2,6 +2,7 @@
 // make it better? revisits.h says what counts.
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <map>
 #include <optional>
 
@@ -14,6 +15,21 @@
 
 namespace gw::study {
 namespace {
+
+std::string Joined(std::initializer_list<std::string> cells, const char* separator) {
+  std::string out;
+  for (const std::string& cell : cells) {
+    if (!out.empty()) out += separator;
+    out += cell;
+  }
+  return out;
+}
+
+void AddLine(std::initializer_list<std::string> cells, StudyFiles* files) {
+  files->markdown += "| ";
+  files->markdown += Joined(cells, " | ");
+  files->markdown += " |\n";
+}
 
 // The map around the moment in which a loop was closed.
 struct Closure {
@@ -164,21 +180,21 @@ class LoopsStudy : public Study {
       const std::string begin = FormatFixed((o.revisit.begin - r.begin).seconds(), 1);
       const std::string end = FormatFixed((o.revisit.end - r.begin).seconds(), 1);
       const std::string delay = o.delay ? FormatFixed(o.delay->seconds(), 2) : "";
-      files.markdown += "| " + begin + " - " + end + " | " + std::to_string(o.pairs) + " | " +
-                        (o.delay ? delay : "never") + " |\n";
-      files.csv +=
-          "revisit," + begin + "," + end + "," + std::to_string(o.pairs) + "," + delay + ",,,\n";
+      const std::string pairs = std::to_string(o.pairs);
+      AddLine({Joined({begin, end}, " - "), pairs, o.delay ? delay : "never"}, &files);
+      files.csv += Joined({"revisit", begin, end, pairs, delay, ",,\n"}, ",");
     }
     files.markdown +=
         "\n| loop closed, s | APE of the keyframes before, m | after the pose graph | after global "
         "BA | after / before |\n| --- | --- | --- | --- | --- |\n";
     for (const ClosureResult& c : r.closures) {
       const std::string t = FormatFixed((c.utime - r.begin).seconds(), 1);
-      const std::string values[3] = {FormatFixed(c.before_m, 4), FormatFixed(c.after_graph_m, 4),
-                                     FormatFixed(c.after_m, 4)};
-      files.markdown += "| " + t + " | " + values[0] + " | " + values[1] + " | " + values[2] +
-                        " | " + FormatFixed(c.after_m / c.before_m, 2) + " |\n";
-      files.csv += "closure," + t + ",,,," + values[0] + "," + values[1] + "," + values[2] + "\n";
+      const std::string before = FormatFixed(c.before_m, 4);
+      const std::string after_graph = FormatFixed(c.after_graph_m, 4);
+      const std::string after = FormatFixed(c.after_m, 4);
+      AddLine({t, before, after_graph, after, FormatFixed(c.after_m / c.before_m, 2)}, &files);
+      files.csv += Joined({"closure", t, ",,", before, after_graph, after}, ",");
+      files.csv += "\n";
     }
     files.svg = Plot(experiment, r, origin);
     return files;

@@ -5,7 +5,8 @@ process is back within a second, and the poses are about as good as undisturbed.
 usage: kill_test.py BIN_DIR DATA_DIR WORK_DIR [--kills N] [--runs N] [--seed N] [--scenario S.yaml] [--speed X]
 Without --scenario the recording of DATA_DIR is replayed; with it, gw-sim renders one first (GB).
 Undisturbed runs of one recording differ by some percent of APE, as processes meet in another order: the recording
-is replayed --runs times with and without kills, and the ratio of the means is judged; its standard error is printed.
+is replayed --runs times with and without kills, and the ratio of the means is judged. It fails where the ratio is above
+its bar by more than twice its standard error: nearer, the runs do not tell. A single run is judged as it is.
 Prints what it measured. Exit 0 ok, 1 failed, 77 skipped (says why).
 """
 import argparse
@@ -123,7 +124,7 @@ def main():
     print(f"  seed {args.seed}, {len(back) + too_early} kills: back after {back[len(back) // 2]:.3f} s (median), "
           f"{back[-1]:.3f} s (longest), {too_early} killed again before; APE {in_mm(killed)}, undisturbed {in_mm(undisturbed)}: {ratio:.2f} +- {error:.2f}")
     claims.expect(back[-1] < REJOIN_S, f"gw-backend is back within {REJOIN_S} s")
-    claims.expect(ratio <= APE_RATIO, f"APE at most {APE_RATIO} x undisturbed")
+    claims.expect(ratio - 2 * error <= APE_RATIO, f"APE at most {APE_RATIO} x undisturbed")
     claims.end()
 
 

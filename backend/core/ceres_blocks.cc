@@ -1,5 +1,7 @@
 #include "backend/core/ceres_blocks.h"
 
+#include <algorithm>
+
 namespace gw::backend {
 namespace {
 
@@ -127,6 +129,25 @@ bool RelativePoseCost::Evaluate(double const* const* parameters, double* residua
   if (jacobians[1] != nullptr) {
     Eigen::Map<RowMajor67> out(jacobians[1]);
     out = J_b * TangentOfBlock(T_WCb.rotation());
+  }
+  return true;
+}
+
+bool ScaledMotionCost::Evaluate(double const* const* parameters, double* residuals,
+                                double** jacobians) const {
+  const SE3 T_CaCb = Stretched(T_CaCb_, way_, parameters[2][0]);
+  double* of_poses[2] = {nullptr, nullptr};
+  if (jacobians != nullptr) std::copy(jacobians, jacobians + 2, of_poses);
+  RelativePoseCost(T_CaCb, sqrt_information_).Evaluate(parameters, residuals, of_poses);
+  if (jacobians != nullptr && jacobians[2] != nullptr) {
+    // The scale moves T_CaCb on the right by [R^T way; 0] ds, and so the error on the left by
+    // minus that; J_left(e) = J_right(-e).
+    const SE3 T_ab = FromBlock(parameters[0]).inverse() * FromBlock(parameters[1]);
+    const Vector6d error = (T_CaCb.inverse() * T_ab).Log();
+    Vector6d moved = Vector6d::Zero();
+    moved.head<3>() = T_CaCb.rotation().conjugate() * way_;
+    Eigen::Map<Vector6d> J(jacobians[2]);
+    J = -sqrt_information_ * RightJacobianInverseSE3(-error) * moved;
   }
   return true;
 }

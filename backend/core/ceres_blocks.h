@@ -65,6 +65,25 @@ class RelativePoseCost final : public ceres::SizedCostFunction<6, 7, 7> {
   Matrix6d sqrt_information_;
 };
 
+// A motion whose way, in its own translation, is longer by `scale`.
+inline SE3 Stretched(const SE3& T, const Eigen::Vector3d& way, double scale) {
+  return SE3(T.rotation(), T.translation() + (scale - 1.0) * way);
+}
+
+// The same with a third block, the scale of the way (1), which is given in Ca: T_CaCb is Stretched.
+class ScaledMotionCost final : public ceres::SizedCostFunction<6, 7, 7, 1> {
+ public:
+  ScaledMotionCost(const SE3& T_CaCb, const Eigen::Vector3d& way, const Matrix6d& sqrt_information)
+      : T_CaCb_(T_CaCb), way_(way), sqrt_information_(sqrt_information) {}
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  SE3 T_CaCb_;
+  Eigen::Vector3d way_;
+  Matrix6d sqrt_information_;
+};
+
 // Block: T_WC. Residual: inverse_sigma * (up as the pose has it - up_C as measured), both unit
 // vectors in C; its length is the angle between them, for small angles.
 class TiltCost final : public ceres::SizedCostFunction<3, 7> {

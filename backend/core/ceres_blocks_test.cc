@@ -59,9 +59,10 @@ Eigen::MatrixXd AnalyticJacobian(const ceres::CostFunction& cost,
 
 Eigen::MatrixXd NumericJacobian(const ceres::CostFunction& cost, std::vector<const double*> blocks,
                                 size_t which) {
-  const bool is_pose = cost.parameter_block_sizes()[which] == 7;
+  const int size = cost.parameter_block_sizes()[which];
+  const bool is_pose = size == 7;
   const double* const at = blocks[which];
-  Eigen::MatrixXd J(cost.num_residuals(), is_pose ? 6 : 3);
+  Eigen::MatrixXd J(cost.num_residuals(), is_pose ? 6 : size);
   for (int i = 0; i < J.cols(); ++i) {
     Eigen::VectorXd r[2] = {Eigen::VectorXd(J.rows()), Eigen::VectorXd(J.rows())};
     for (const int side : {0, 1}) {
@@ -71,7 +72,7 @@ Eigen::MatrixXd NumericJacobian(const ceres::CostFunction& cost, std::vector<con
       if (is_pose) {
         PoseManifold().Plus(at, d.data(), moved);
       } else {
-        for (int k = 0; k < 3; ++k) moved[k] = at[k] + d[k];
+        for (int k = 0; k < size; ++k) moved[k] = at[k] + d[k];
       }
       blocks[which] = moved;
       EXPECT_TRUE(cost.Evaluate(blocks.data(), r[side].data(), nullptr));
@@ -123,6 +124,33 @@ TEST(RelativePoseCost, JacobiansMatchCentralDifferences) {
     for (int i = 0; i < 6; ++i) sqrt_information(0, i) += rng.Uniform(-1, 1);
     ExpectJacobiansMatch(RelativePoseCost(T_ab, sqrt_information), {a.data(), b.data()});
   }
+}
+
+TEST(ScaledMotionCost, JacobiansMatchCentralDifferences) {
+  for (uint64_t seed = 0; seed < 200; ++seed) {
+    CounterRng rng(seed, 4, 0);
+    const PoseBlock a = ToBlock(SE3::Exp(RandomTangent(rng, 2.0)));
+    const SE3 T_ab = SE3::Exp(RandomTangent(rng, 1.0));
+    const PoseBlock b = ToBlock(FromBlock(a.data()) * T_ab * SE3::Exp(RandomTangent(rng, 0.3)));
+    Matrix6d sqrt_information = Matrix6d::Identity();
+    for (int i = 0; i < 6; ++i) sqrt_information(0, i) += rng.Uniform(-1, 1);
+    const Eigen::Vector3d way(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(-1, 1));
+    const double scale = rng.Uniform(0.9, 1.1);
+    ExpectJacobiansMatch(ScaledMotionCost(T_ab, way, sqrt_information),
+                         {a.data(), b.data(), &scale});
+  }
+}
+
+TEST(ScaledMotionCost, FitsAWayThatIsLongerByTheScale) {
+  const SE3 T_ab(ExpSO3({0, 0, 0.1}), {0.5, 0, 0.02});
+  const Eigen::Vector3d way(0.5, 0, 0);
+  const PoseBlock a = ToBlock(SE3());
+  const PoseBlock b = ToBlock(SE3(T_ab.rotation(), {0.51, 0, 0.02}));
+  const double scale = 1.02;
+  const double* blocks[] = {a.data(), b.data(), &scale};
+  Vector6d residual;
+  ScaledMotionCost(T_ab, way, Matrix6d::Identity()).Evaluate(blocks, residual.data(), nullptr);
+  EXPECT_LT(residual.norm(), 1e-12);
 }
 
 }  // namespace

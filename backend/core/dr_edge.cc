@@ -12,6 +12,7 @@ DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConf
   const SE3 T_CB = T_BC.inverse();
   DrMotion out;
   out.T_CaCb = T_CB * dr.T_BaBb * T_BC;
+  out.way = T_CB.rotation() * dr.T_BaBb.translation();
   const double periods = std::max(1.0, (dr.utime_end - dr.utime_begin).seconds() * 30.0);
   const double sigma_t = config.sigma_trans_m_per_frame;
   const double sigma_r = config.sigma_rot_deg_per_frame * std::numbers::pi / 180.0;
@@ -28,6 +29,14 @@ DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConf
 Matrix6d EdgeCovariance(const DrMotion& motion, double alpha, Variant variant) {
   const Matrix6d scaled = motion.cov / alpha;
   return AdaptsAlpha(variant) ? LargerCovariance(scaled, motion.reported_cov) : scaled;
+}
+
+Matrix6d WholeMapEdgeCovariance(const DrMotion& motion, double alpha, Variant variant,
+                                const DrWeightConfig& config) {
+  if (!AdaptsAlpha(variant) || motion.reported_cov.isZero(0)) {
+    return EdgeCovariance(motion, alpha, variant);
+  }
+  return EdgeCovariance(motion, config.alpha_max, variant) / (kVisionInflation * kVisionInflation);
 }
 
 Matrix6d SqrtInformation(const Matrix6d& cov) {

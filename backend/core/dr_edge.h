@@ -11,6 +11,7 @@ namespace gw::backend {
 
 struct DrMotion {
   SE3 T_CaCb;             // camera at the end in the camera at the beginning
+  Eigen::Vector3d way;    // of the body, axes of Ca; the rest of T_CaCb's translation is its turn
   Matrix6d cov;           // right perturbation of T_CaCb; m^2, rad^2; positive definite
   Matrix6d reported_cov;  // the filter's own part in it; may be zero
 };
@@ -26,6 +27,20 @@ DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConf
 // quality of tracking, it is not below what the filter says of itself: blind vision is no reason to
 // believe dead reckoning more than it does (docs/adr/0012-no-more-than-dr-knows.md).
 Matrix6d EdgeCovariance(const DrMotion& motion, double alpha, Variant variant);
+
+// How much larger the errors of poses from vision are than independent errors of the features would
+// make them: neighbouring images see the same landmarks in the same wrong places. Measured image by
+// image, along the way and in heading (VisionInflation in frontend/core/pose_uncertainty.cc: 2.1,
+// 3.2 and 1.8; their root mean square).
+inline constexpr double kVisionInflation = 2.4;
+
+// Covariance of an edge in a bundle adjustment of the whole map, for sightings that count as if
+// their errors were independent. Over a lap they are not, and what alpha says of one image is no
+// measure of it: where alpha follows the quality of tracking and the filter reports a covariance,
+// dead reckoning counts for all it knows (as for a blind image), and as much more as the sightings
+// count too much (docs/adr/0015-dead-reckoning-in-global-ba.md). Otherwise as in local BA.
+Matrix6d WholeMapEdgeCovariance(const DrMotion& motion, double alpha, Variant variant,
+                                const DrWeightConfig& config);
 
 // Upper triangular S with S^T S = inv(cov). Precondition: cov is positive definite.
 Matrix6d SqrtInformation(const Matrix6d& cov);

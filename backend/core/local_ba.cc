@@ -1,21 +1,19 @@
 #include "backend/core/local_ba.h"
 
 #include <ceres/iteration_callback.h>
+#include <ceres/normal_prior.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <limits>
+#include <optional>
 
 #include "backend/core/ceres_blocks.h"
 
 namespace gw::backend {
 namespace {
-
-// Relative change of the cost at which a pass ends early: far below what a pixel is worth.
-constexpr double kFunctionTolerance = 1e-4;
 
 // When fewer than this share of the sightings turned out to be outliers after the first pass, their
 // Huber-bounded pull is too small to be worth a second one; they leave the map all the same.
@@ -28,6 +26,7 @@ enum class Use : uint8_t { kNothing, kPixel, kPixelAndDepth };
 struct State {
   std::vector<PoseBlock> poses;
   std::vector<Eigen::Vector3d> points;
+  double way_scale = 1.0;
   std::vector<Use> use;  // one per sighting
 };
 
@@ -72,6 +71,8 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   std::deque<ReprojectionCost<2>> mono;  // deques: the costs cannot be moved
   std::deque<ReprojectionCost<3>> stereo;
   std::deque<RelativePoseCost> relative;
+  std::deque<ScaledMotionCost> scaled;
+  std::optional<ceres::NormalPrior> scale_prior;
 
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -101,9 +102,21 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
     ordering->AddElementToGroup(point, 0);
   }
   for (const auto& edge : job.dr_edges) {
-    relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
-    problem.AddResidualBlock(&relative.back(), nullptr, state.poses[edge.from].data(),
-                             state.poses[edge.to].data());
+    double* from = state.poses[edge.from].data();
+    double* to = state.poses[edge.to].data();
+    if (job.way_scale_sigma > 0) {
+      scaled.emplace_back(edge.T_FromTo, edge.way, edge.sqrt_information);
+      problem.AddResidualBlock(&scaled.back(), nullptr, from, to, &state.way_scale);
+    } else {
+      relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
+      problem.AddResidualBlock(&relative.back(), nullptr, from, to);
+    }
+  }
+  if (!scaled.empty()) {
+    scale_prior.emplace(ceres::Matrix::Constant(1, 1, 1.0 / job.way_scale_sigma),
+                        ceres::Vector::Constant(1, 1.0));
+    problem.AddResidualBlock(&*scale_prior, nullptr, &state.way_scale);
+    ordering->AddElementToGroup(&state.way_scale, 1);
   }
   if (problem.NumResidualBlocks() == 0) {
     delete ordering;
@@ -119,7 +132,7 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   options.dense_linear_algebra_library_type = ceres::EIGEN;
   options.num_threads = 1;
   options.max_num_iterations = job.iterations;
-  options.function_tolerance = kFunctionTolerance;
+  options.function_tolerance = job.function_tolerance;
   options.logging_type = ceres::SILENT;
   StopWhenAsked stop_when_asked(stop);
   if (stop != nullptr) options.callbacks.push_back(&stop_when_asked);
@@ -142,7 +155,12 @@ double Cost(const LocalBaJob& job, const State& state) {
   }
   for (const auto& edge : job.dr_edges) {
     const SE3 T_ab = T_CW[edge.from] * T_CW[edge.to].inverse();
-    cost += (edge.sqrt_information * (edge.T_FromTo.inverse() * T_ab).Log()).squaredNorm();
+    const SE3 T_FromTo = Stretched(edge.T_FromTo, edge.way, state.way_scale);
+    cost += (edge.sqrt_information * (T_FromTo.inverse() * T_ab).Log()).squaredNorm();
+  }
+  if (job.way_scale_sigma > 0) {
+    const double error = (state.way_scale - 1.0) / job.way_scale_sigma;
+    cost += error * error;
   }
   return 0.5 * cost;
 }
@@ -169,7 +187,8 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop)
     Classify(job, /*gate=*/true, state);
   }
 
-  result.usable = true;
+  result.usable = std::isfinite(state.way_scale);
+  result.way_scale = state.way_scale;
   for (size_t i = 0; i < job.keyframes.size(); ++i) {
     if (job.keyframes[i].fixed) continue;
     const SE3 T_WC = FromBlock(state.poses[i].data());

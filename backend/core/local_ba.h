@@ -36,14 +36,18 @@ struct LocalBaJob {
   struct DrEdge {
     int32_t from = 0, to = 0;   // indices into keyframes
     SE3 T_FromTo;               // camera motion
+    Eigen::Vector3d way;        // of the body, axes of From
     Matrix6d sqrt_information;  // of alpha * inv(Sigma): upper triangular
-    double alpha = 0;
+    double alpha = 0;           // the scale that local BA gave it, for the map
   };
 
   int64_t revision = 0;  // of the map it was cut from
   KeyframeId newest;     // of that map
+  // Prior of one error that all ways of DR have in common, a scale; 0: there is none.
+  double way_scale_sigma = 0;
   RectifiedCamera camera;
   int iterations = 10;                   // per pass
+  double function_tolerance = 1e-4;      // relative change of the cost at which a pass ends early
   std::vector<KeyframeState> keyframes;  // sorted by id; at least one is fixed
   std::vector<LandmarkState> landmarks;  // sorted by id; each has at least two sightings
   std::vector<Sighting> sightings;       // sorted by landmark, then keyframe
@@ -74,6 +78,7 @@ struct LocalBaResult {
   // For reports.
   int iterations = 0;
   int num_sightings = 0;
+  double way_scale = 1;                    // true way / way of DR, as found
   double cost_before = 0, cost_after = 0;  // robust cost of the sightings kept to the end, and DR
 };
 

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <map>
 
+#include "backend/core/ceres_blocks.h"
 #include "backend/test/world.h"
 
 namespace gw::backend {
@@ -107,8 +108,13 @@ LocalBaJob::DrEdge Edge(const World& world, int to, double alpha) {
   const SE3 T_BC = TestCamera().T_BC;
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(0.02), Eigen::Vector3d::Constant(0.005);
-  return {to - 1, to, T_BC.inverse() * world.Dr(to).T_BaBb * T_BC,
-          Matrix6d((std::sqrt(alpha) * sigma.cwiseInverse()).asDiagonal()), alpha};
+  const SE3 T_BaBb = world.Dr(to).T_BaBb;
+  return {to - 1,
+          to,
+          T_BC.inverse() * T_BaBb * T_BC,
+          T_BC.inverse().rotation() * T_BaBb.translation(),
+          Matrix6d((std::sqrt(alpha) * sigma.cwiseInverse()).asDiagonal()),
+          alpha};
 }
 
 TEST(LocalBa, ReachesTheCostOfADenseReference) {
@@ -194,6 +200,25 @@ TEST(LocalBa, DrEdgesAloneHoldKeyframesThatSeeNothing) {
   const LocalBaResult result = SolveLocalBa(job);
   ASSERT_TRUE(result.usable);
   EXPECT_LT(PoseRmse(world, result), 1e-5);
+}
+
+// Wheels that tell 2 % too little: strong DR edges shrink the map, unless they may share a scale.
+TEST(LocalBa, WaysOfDrWithAScaleOfTheirOwnDoNotShrinkTheMap) {
+  World world({.dr_sigma_m = 0.001, .dr_sigma_rad = 0.0001, .keyframes_per_lap = 160});
+  LocalBaJob job = MakeJob(world, 12);
+  for (int k = 1; k < 12; ++k) {
+    LocalBaJob::DrEdge edge = Edge(world, k, 1000);
+    edge.T_FromTo = Stretched(edge.T_FromTo, edge.way, 0.98);
+    edge.way *= 0.98;
+    job.dr_edges.push_back(edge);
+  }
+  const LocalBaResult stiff = SolveLocalBa(job);
+  job.way_scale_sigma = 0.05;
+  const LocalBaResult scaled = SolveLocalBa(job);
+  ASSERT_TRUE(stiff.usable && scaled.usable);
+  EXPECT_EQ(stiff.way_scale, 1.0);
+  EXPECT_NEAR(scaled.way_scale, 1 / 0.98, 0.005);
+  EXPECT_LT(PoseRmse(world, scaled), 0.5 * PoseRmse(world, stiff));
 }
 
 TEST(LocalBa, AnEmptyJobMovesNothing) {

@@ -14,7 +14,13 @@ namespace {
 constexpr int kTemporalAlways = 5;      // predecessors in time that belong to every window
 constexpr int kTemporalWhileWeak = 60;  // and at most so many while vision binds them weakly
 constexpr int kGlobalIterations = 20;   // of global BA, per pass
-constexpr int kFewestNeighbours = 3;    // taken even below the covisibility threshold
+// Of global BA: ten thousands of sightings outweigh a lap's dead reckoning in the cost, which still
+// moves the map where they have converged to 1e-4.
+constexpr double kGlobalTolerance = 1e-6;
+// Prior of the scale of the ways of DR in global BA, as in the DR filter (wheel_scale_sigma):
+// wheels wear, floors differ, and what the filter learnt of it is as good as vision was.
+constexpr double kWayScaleSigma = 0.01;
+constexpr int kFewestNeighbours = 3;  // taken even below the covisibility threshold
 
 // The covisible part: the newest keyframe and its best neighbours.
 std::set<KeyframeId> CovisibleWindow(const Map& map, const MappingContext& context) {
@@ -84,11 +90,8 @@ void AddSightings(const Map& map, const MappingContext& context,
   }
 }
 
-void AddDrEdge(const MappingContext& context, const MapKeyframe& to, const Index& index,
-               double alpha, LocalBaJob& job) {
-  const DrMotion motion = CameraMotion(*to.frame.dr, context.camera.T_BC, context.dr_weight);
-  job.dr_edges.push_back({index.at(to.frame.previous), index.at(to.frame.id), motion.T_CaCb,
-                          SqrtInformation(EdgeCovariance(motion, alpha, context.variant)), alpha});
+DrMotion MotionTo(const MappingContext& context, const MapKeyframe& to) {
+  return CameraMotion(*to.frame.dr, context.camera.T_BC, context.dr_weight);
 }
 
 }  // namespace
@@ -146,7 +149,10 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
     const double alpha =
         DrScale(SmoothedLack(map, id, reference), context.variant, context.dr_weight);
     if (!(alpha > 0)) continue;
-    AddDrEdge(context, keyframe, index, alpha, job);
+    const DrMotion motion = MotionTo(context, keyframe);
+    job.dr_edges.push_back({from->second, index.at(id), motion.T_CaCb, motion.way,
+                            SqrtInformation(EdgeCovariance(motion, alpha, context.variant)),
+                            alpha});
   }
   return job;
 }
@@ -158,6 +164,7 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
   job.newest = map.newest_keyframe();
   job.camera = context.camera;
   job.iterations = kGlobalIterations;
+  job.function_tolerance = kGlobalTolerance;
   Index index;
   for (const auto& [id, keyframe] : map.keyframes()) {
     index[id] = static_cast<int32_t>(job.keyframes.size());
@@ -165,10 +172,15 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
   }
   AddSightings(map, context, map.SortedLandmarkIds(), index, job);
   if (!DrInGlobalBa(context.variant)) return job;
+  if (AdaptsAlpha(context.variant)) job.way_scale_sigma = kWayScaleSigma;
   const double reference = ConnectionReference(map, context.dr_weight);
   for (const auto& [id, keyframe] : map.keyframes()) {
     const double alpha = DrEdgeScale(map, context, id, reference);
-    if (alpha > 0) AddDrEdge(context, keyframe, index, alpha, job);
+    if (!(alpha > 0)) continue;
+    const DrMotion motion = MotionTo(context, keyframe);
+    const Matrix6d cov = WholeMapEdgeCovariance(motion, alpha, context.variant, context.dr_weight);
+    job.dr_edges.push_back({index.at(keyframe.frame.previous), index.at(id), motion.T_CaCb,
+                            motion.way, SqrtInformation(cov), alpha});
   }
   return job;
 }

@@ -1,6 +1,7 @@
 #include "backend/core/mapper.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 
 #include "backend/core/culling.h"
@@ -14,6 +15,24 @@ namespace gw::backend {
 namespace {
 
 constexpr size_t kMaxMoves = 2000;  // more than a second's worth of local windows
+
+// Global BA is due again when so many keyframes, and such a part of all, came in since the last. A
+// part, so that what it costs per keyframe does not grow with the map.
+constexpr int64_t kLeastRenewed = 40;
+constexpr int64_t kRenewedPart = 8;  // one in so many
+// What a keyframe that old saw is known ground.
+constexpr DurationUs kLongAgo = Milliseconds(30000);
+
+bool SeesKnownGround(const Map& map, int least_shared) {
+  const MapKeyframe* newest = map.FindKeyframe(map.newest_keyframe());
+  if (newest == nullptr) return false;
+  const auto neighbours = map.Neighbours(newest->frame.id, least_shared);
+  return std::any_of(neighbours.begin(), neighbours.end(), [&](const auto& neighbour) {
+    // Another session may have another clock.
+    const DurationUs age = newest->frame.utime - map.FindKeyframe(neighbour.first)->frame.utime;
+    return std::abs(age.us) > kLongAgo.us;
+  });
+}
 
 }  // namespace
 
@@ -136,6 +155,7 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   out.update = Commit();
   RememberMove(out.update->revision, keyframe.id, keyframe.T_WC);
   ++counters_.keyframes_inserted;
+  ++inserted_since_global_;
   out.status = InsertResult::Status::kInserted;
   return out;
 }
@@ -265,7 +285,14 @@ std::optional<MapUpdate> Mapper::Apply(const LoopGraphResult& result) {
   return update;
 }
 
-std::optional<LocalBaJob> Mapper::BuildGlobalJob() const {
+bool Mapper::GlobalBaDue() const {
+  const int64_t enough = std::max(kLeastRenewed, std::ssize(map_.keyframes()) / kRenewedPart);
+  return inserted_since_global_ >= enough &&
+         SeesKnownGround(map_, context_.config.covisibility_min_shared);
+}
+
+std::optional<LocalBaJob> Mapper::BuildGlobalJob() {
+  inserted_since_global_ = 0;
   return CutWholeMap(map_, context_);
 }
 

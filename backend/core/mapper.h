@@ -5,7 +5,7 @@
 //   Apply(result)               further keyframes are inserted
 //   CloseLoop() -> SolveLoopGraph   after an insertion: the same for a loop, when there is one
 //   Apply(result)
-//   BuildGlobalJob() -> SolveLocalBa, ApplyGlobal(result)   after a loop was closed
+//   BuildGlobalJob() -> SolveLocalBa, ApplyGlobal(result)   after a loop was closed, and when due
 //
 // Every change of the map is one MapUpdate with the next revision. Keyframes come from another
 // process: whatever they hold is rejected and counted, never trusted. Single-threaded, no clocks;
@@ -85,8 +85,12 @@ class Mapper {
   // Empty when the graph was not solved, or showed the loop to be wrong and changed nothing else.
   std::optional<MapUpdate> Apply(const LoopGraphResult& result);
 
+  // True when a good part of the map came in since the last global job, and the newest keyframe
+  // sees what was mapped long before it: there the map holds itself, and what was driven again
+  // makes it better. (A chain that is still open has nothing to gain: docs/adr/0015.)
+  bool GlobalBaDue() const;
   // The whole map; its result goes to ApplyGlobal.
-  std::optional<LocalBaJob> BuildGlobalJob() const;
+  std::optional<LocalBaJob> BuildGlobalJob();
   // Empty when a loop was closed since the job was cut, or the result is not usable (counted).
   std::optional<MapUpdate> ApplyGlobal(const LocalBaResult& result);
 
@@ -116,8 +120,9 @@ class Mapper {
   MapUse use_;
   LoopCloser loops_;
   MapperCounters counters_;
-  int64_t poses_moved_revision_ = 0;  // the last one in which keyframes moved
-  int64_t loop_revision_ = 0;         // the last one in which a loop was closed
+  int64_t inserted_since_global_ = 0;  // keyframes
+  int64_t poses_moved_revision_ = 0;   // the last one in which keyframes moved
+  int64_t loop_revision_ = 0;          // the last one in which a loop was closed
 
   // Where keyframes were before they moved, newest last: a keyframe that was tracked in an older
   // map follows its predecessor's move. Bounded.

@@ -118,6 +118,7 @@ void BackendNode::Insert(const Keyframe& keyframe, bool journalled, process::She
   Publish(*result.update, shell);
   dirty_ = true;
   if (!loop_ && !loop_runs_) loop_ = mapper_.CloseLoop();
+  if (mapper_.GlobalBaDue()) global_wanted_ = true;
   shell.health().AddLatency(shell.Now() - begin);
 }
 

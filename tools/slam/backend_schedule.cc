@@ -57,6 +57,7 @@ std::vector<MapUpdate> BackendSchedule::Insert(const Keyframe& keyframe, Utime n
   if (inserted.update) {
     updates.push_back(std::move(*inserted.update));
     if (!loop_ && !graph_) loop_ = mapper_.CloseLoop();
+    if (!global_ && mapper_.GlobalBaDue()) StartGlobal(now);
   }
   dirty_ = true;
   if (!local_ && !graph_) StartJob(now);

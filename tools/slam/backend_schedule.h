@@ -4,8 +4,9 @@
 // A keyframe is inserted when it arrives, and loops are looked for; the update that takes it in
 // leaves at once. One worker does local BA and the pose graphs of loops, which go first: each ends
 // `latency` after it began; keyframes that arrive meanwhile wait for the next. A second worker does
-// global BA after each closed loop, in a time that follows from its size; a newer loop abandons it.
-// Questions about a place are answered from the map at once, and the answer travels for `latency`.
+// global BA after each closed loop and when it is due, in a time that follows from its size; a
+// newer loop abandons it. Questions about a place are answered from the map at once, and the answer
+// travels for `latency`.
 #pragma once
 
 #include <deque>

@@ -21,6 +21,10 @@ TEST(CameraMotion, IsTheBodysMotionSeenFromTheCamera) {
   const DrMotion motion = CameraMotion(dr, T_BC, {});
   const SE3 expected = (T_WBa * T_BC).inverse() * (T_WBb * T_BC);
   EXPECT_LT((motion.T_CaCb.matrix() - expected.matrix()).norm(), 1e-12);
+  // The way, with the camera turning about the body's origin, is the whole of it.
+  const SE3 on_the_spot(dr.T_BaBb.rotation(), Eigen::Vector3d::Zero());
+  const SE3 turn = T_BC.inverse() * on_the_spot * T_BC;
+  EXPECT_LT((turn.translation() + motion.way - motion.T_CaCb.translation()).norm(), 1e-12);
 }
 
 TEST(CameraMotion, NominalCovarianceGrowsWithTheNumberOfFramePeriods) {
@@ -83,6 +87,24 @@ TEST(EdgeCovariance, OfABaselineIsScaledWithoutABound) {
   const DrMotion unsure = ForwardMotion(0.01);
   EXPECT_LT((EdgeCovariance(unsure, 1e6, Variant::kFixed) - 1e-6 * unsure.cov).norm(),
             1e-15 * unsure.cov.norm());
+}
+
+TEST(WholeMapEdgeCovariance, IsWhatTheFilterKnowsWhateverAlphaSays) {
+  const DrMotion unsure = ForwardMotion(0.01);
+  const Matrix6d expected = unsure.reported_cov / (kVisionInflation * kVisionInflation);
+  for (const double alpha : {0.1, 1000.0}) {
+    const Matrix6d cov = WholeMapEdgeCovariance(unsure, alpha, Variant::kFull, {});
+    EXPECT_LT((cov - expected).norm(), 0.01 * expected.norm()) << alpha;
+  }
+}
+
+TEST(WholeMapEdgeCovariance, IsThatOfLocalBaForABaselineAndForASourceWithoutCovariance) {
+  const DrMotion unsure = ForwardMotion(0.01);
+  const DrMotion silent = ForwardMotion(0);
+  EXPECT_EQ(WholeMapEdgeCovariance(unsure, 2.0, Variant::kFixed, {}),
+            EdgeCovariance(unsure, 2.0, Variant::kFixed));
+  EXPECT_EQ(WholeMapEdgeCovariance(silent, 2.0, Variant::kFull, {}),
+            EdgeCovariance(silent, 2.0, Variant::kFull));
 }
 
 TEST(SqrtInformation, IsTheRootOfTheInverse) {

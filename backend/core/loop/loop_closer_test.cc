@@ -241,6 +241,23 @@ TEST(LoopCloser, GlobalBaIsAbandonedWhenAsked) {
   EXPECT_FALSE(drive.mapper.ApplyGlobal(result));
 }
 
+TEST(LoopCloser, GlobalBaIsDueOnKnownGroundUntilItRuns) {
+  WorldOptions options;
+  options.keyframes_per_lap = 100;  // 50 s
+  World world(options);
+  Drive drive;
+  drive.Run(world, 0, 60);
+  EXPECT_FALSE(drive.mapper.GlobalBaDue());  // enough is new, but the chain is open
+  drive.Run(world, 60, 110);
+  EXPECT_TRUE(drive.mapper.GlobalBaDue());
+  ASSERT_TRUE(drive.mapper.BuildGlobalJob());
+  EXPECT_FALSE(drive.mapper.GlobalBaDue());
+  drive.Run(world, 110, 149);
+  EXPECT_FALSE(drive.mapper.GlobalBaDue());
+  drive.Run(world, 149, 151);
+  EXPECT_TRUE(drive.mapper.GlobalBaDue());
+}
+
 TEST(LoopCloser, VariantLbaHasNoDrEdgesInGlobalBa) {
   World world(Forgetful());
   FrontendConfig frontend;

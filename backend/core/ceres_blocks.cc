@@ -135,19 +135,18 @@ bool RelativePoseCost::Evaluate(double const* const* parameters, double* residua
 
 bool ScaledMotionCost::Evaluate(double const* const* parameters, double* residuals,
                                 double** jacobians) const {
-  const SE3 T_CaCb = Stretched(T_CaCb_, way_, parameters[2][0]);
+  const Vector6d shift = lever_ * Eigen::Map<const Eigen::Vector2d>(parameters[2]);
+  const SE3 T_CaCb = T_CaCb_ * SE3::Exp(shift);
   double* of_poses[2] = {nullptr, nullptr};
   if (jacobians != nullptr) std::copy(jacobians, jacobians + 2, of_poses);
   RelativePoseCost(T_CaCb, sqrt_information_).Evaluate(parameters, residuals, of_poses);
   if (jacobians != nullptr && jacobians[2] != nullptr) {
-    // The scale moves T_CaCb on the right by [R^T way; 0] ds, and so the error on the left by
-    // minus that; J_left(e) = J_right(-e).
+    // T_CaCb moves on the right by J_right(shift) * lever * d, the error on the left by minus that;
+    // J_left(e) = J_right(-e).
     const SE3 T_ab = FromBlock(parameters[0]).inverse() * FromBlock(parameters[1]);
     const Vector6d error = (T_CaCb.inverse() * T_ab).Log();
-    Vector6d moved = Vector6d::Zero();
-    moved.head<3>() = T_CaCb.rotation().conjugate() * way_;
-    Eigen::Map<Vector6d> J(jacobians[2]);
-    J = -sqrt_information_ * RightJacobianInverseSE3(-error) * moved;
+    Eigen::Map<Eigen::Matrix<double, 6, 2, Eigen::RowMajor>> J(jacobians[2]);
+    J = -sqrt_information_ * RightJacobianInverseSE3(-error) * RightJacobianSE3(shift) * lever_;
   }
   return true;
 }

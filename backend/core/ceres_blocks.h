@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 #include <array>
 
+#include "backend/core/dr_edge.h"
 #include "backend/core/reprojection.h"
 #include "common/core/se3.h"
 
@@ -65,22 +66,18 @@ class RelativePoseCost final : public ceres::SizedCostFunction<6, 7, 7> {
   Matrix6d sqrt_information_;
 };
 
-// A motion whose way, in its own translation, is longer by `scale`.
-inline SE3 Stretched(const SE3& T, const Eigen::Vector3d& way, double scale) {
-  return SE3(T.rotation(), T.translation() + (scale - 1.0) * way);
-}
-
-// The same with a third block, the scale of the way (1), which is given in Ca: T_CaCb is Stretched.
-class ScaledMotionCost final : public ceres::SizedCostFunction<6, 7, 7, 1> {
+// The same with a third block, the errors of the scales of way and turn (2): the motion is
+// T_CaCb * Exp(lever * errors).
+class ScaledMotionCost final : public ceres::SizedCostFunction<6, 7, 7, 2> {
  public:
-  ScaledMotionCost(const SE3& T_CaCb, const Eigen::Vector3d& way, const Matrix6d& sqrt_information)
-      : T_CaCb_(T_CaCb), way_(way), sqrt_information_(sqrt_information) {}
+  ScaledMotionCost(const SE3& T_CaCb, const ScaleLever& lever, const Matrix6d& sqrt_information)
+      : T_CaCb_(T_CaCb), lever_(lever), sqrt_information_(sqrt_information) {}
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   SE3 T_CaCb_;
-  Eigen::Vector3d way_;
+  ScaleLever lever_;
   Matrix6d sqrt_information_;
 };
 

@@ -12,7 +12,6 @@ DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConf
   const SE3 T_CB = T_BC.inverse();
   DrMotion out;
   out.T_CaCb = T_CB * dr.T_BaBb * T_BC;
-  out.way = T_CB.rotation() * dr.T_BaBb.translation();
   const double periods = std::max(1.0, (dr.utime_end - dr.utime_begin).seconds() * 30.0);
   const double sigma_t = config.sigma_trans_m_per_frame;
   const double sigma_r = config.sigma_rot_deg_per_frame * std::numbers::pi / 180.0;
@@ -21,6 +20,10 @@ DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConf
       Eigen::Vector3d::Constant(sigma_r * sigma_r);
   const Matrix6d nominal = (periods * variance).asDiagonal();
   const Matrix6d adj = T_CB.Adjoint();
+  out.lever.setZero();
+  out.lever.col(0).head<3>() = dr.T_BaBb.rotation().conjugate() * dr.T_BaBb.translation();
+  out.lever.col(1).tail<3>() = LogSO3(dr.T_BaBb.rotation());
+  out.lever = (adj * out.lever).eval();
   out.reported_cov = adj * dr.cov * adj.transpose();
   out.cov = LargerCovariance(nominal, out.reported_cov);
   return out;

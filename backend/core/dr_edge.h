@@ -9,9 +9,14 @@
 
 namespace gw::backend {
 
+// How a motion changes with errors of the two scales of dead reckoning, as a right perturbation per
+// unit: column 0 where the way is longer than told, column 1 where the turn is. To first order:
+// scales are off by about 1 %.
+using ScaleLever = Eigen::Matrix<double, 6, 2>;
+
 struct DrMotion {
   SE3 T_CaCb;             // camera at the end in the camera at the beginning
-  Eigen::Vector3d way;    // of the body, axes of Ca; the rest of T_CaCb's translation is its turn
+  ScaleLever lever;       // of the scales of the body's way and turn on T_CaCb
   Matrix6d cov;           // right perturbation of T_CaCb; m^2, rad^2; positive definite
   Matrix6d reported_cov;  // the filter's own part in it; may be zero
 };

@@ -21,10 +21,21 @@ TEST(CameraMotion, IsTheBodysMotionSeenFromTheCamera) {
   const DrMotion motion = CameraMotion(dr, T_BC, {});
   const SE3 expected = (T_WBa * T_BC).inverse() * (T_WBb * T_BC);
   EXPECT_LT((motion.T_CaCb.matrix() - expected.matrix()).norm(), 1e-12);
-  // The way, with the camera turning about the body's origin, is the whole of it.
-  const SE3 on_the_spot(dr.T_BaBb.rotation(), Eigen::Vector3d::Zero());
-  const SE3 turn = T_BC.inverse() * on_the_spot * T_BC;
-  EXPECT_LT((turn.translation() + motion.way - motion.T_CaCb.translation()).norm(), 1e-12);
+}
+
+TEST(CameraMotion, TellsWhatErrorsOfTheScalesOfWayAndTurnDo) {
+  const SE3 T_BC = TestCamera().T_BC;
+  DrIncrement dr;
+  dr.utime_end = Utime{1'000'000};
+  dr.T_BaBb = SE3(ExpSO3({0.02, -0.01, 0.4}), {0.3, 0.1, 0.01});
+  const DrMotion motion = CameraMotion(dr, T_BC, {});
+  const Eigen::Vector2d errors(0.01, -0.008);
+  const SE3 longer(ExpSO3((1 + errors[1]) * LogSO3(dr.T_BaBb.rotation())),
+                   (1 + errors[0]) * dr.T_BaBb.translation());
+  const SE3 expected = T_BC.inverse() * longer * T_BC;
+  const SE3 told = motion.T_CaCb * SE3::Exp(motion.lever * errors);
+  EXPECT_LT((told.inverse() * expected).Log().norm(), 1e-4);
+  EXPECT_GT((motion.T_CaCb.inverse() * expected).Log().norm(), 3e-3);
 }
 
 TEST(CameraMotion, NominalCovarianceGrowsWithTheNumberOfFramePeriods) {

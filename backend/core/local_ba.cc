@@ -26,7 +26,7 @@ enum class Use : uint8_t { kNothing, kPixel, kPixelAndDepth };
 struct State {
   std::vector<PoseBlock> poses;
   std::vector<Eigen::Vector3d> points;
-  double way_scale = 1.0;
+  Eigen::Vector2d dr_scale_error = Eigen::Vector2d::Zero();
   std::vector<Use> use;  // one per sighting
 };
 
@@ -104,19 +104,19 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   for (const auto& edge : job.dr_edges) {
     double* from = state.poses[edge.from].data();
     double* to = state.poses[edge.to].data();
-    if (job.way_scale_sigma > 0) {
-      scaled.emplace_back(edge.T_FromTo, edge.way, edge.sqrt_information);
-      problem.AddResidualBlock(&scaled.back(), nullptr, from, to, &state.way_scale);
+    if (job.dr_scale_sigma > 0) {
+      scaled.emplace_back(edge.T_FromTo, edge.lever, edge.sqrt_information);
+      problem.AddResidualBlock(&scaled.back(), nullptr, from, to, state.dr_scale_error.data());
     } else {
       relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
       problem.AddResidualBlock(&relative.back(), nullptr, from, to);
     }
   }
   if (!scaled.empty()) {
-    scale_prior.emplace(ceres::Matrix::Constant(1, 1, 1.0 / job.way_scale_sigma),
-                        ceres::Vector::Constant(1, 1.0));
-    problem.AddResidualBlock(&*scale_prior, nullptr, &state.way_scale);
-    ordering->AddElementToGroup(&state.way_scale, 1);
+    scale_prior.emplace(ceres::Matrix(Eigen::Matrix2d::Identity() / job.dr_scale_sigma),
+                        ceres::Vector::Zero(2));
+    problem.AddResidualBlock(&*scale_prior, nullptr, state.dr_scale_error.data());
+    ordering->AddElementToGroup(state.dr_scale_error.data(), 1);
   }
   if (problem.NumResidualBlocks() == 0) {
     delete ordering;
@@ -155,12 +155,11 @@ double Cost(const LocalBaJob& job, const State& state) {
   }
   for (const auto& edge : job.dr_edges) {
     const SE3 T_ab = T_CW[edge.from] * T_CW[edge.to].inverse();
-    const SE3 T_FromTo = Stretched(edge.T_FromTo, edge.way, state.way_scale);
+    const SE3 T_FromTo = edge.T_FromTo * SE3::Exp(edge.lever * state.dr_scale_error);
     cost += (edge.sqrt_information * (T_FromTo.inverse() * T_ab).Log()).squaredNorm();
   }
-  if (job.way_scale_sigma > 0) {
-    const double error = (state.way_scale - 1.0) / job.way_scale_sigma;
-    cost += error * error;
+  if (job.dr_scale_sigma > 0) {
+    cost += (state.dr_scale_error / job.dr_scale_sigma).squaredNorm();
   }
   return 0.5 * cost;
 }
@@ -187,8 +186,8 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop)
     Classify(job, /*gate=*/true, state);
   }
 
-  result.usable = std::isfinite(state.way_scale);
-  result.way_scale = state.way_scale;
+  result.usable = state.dr_scale_error.allFinite();
+  result.dr_scale_error = state.dr_scale_error;
   for (size_t i = 0; i < job.keyframes.size(); ++i) {
     if (job.keyframes[i].fixed) continue;
     const SE3 T_WC = FromBlock(state.poses[i].data());

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "backend/core/dr_edge.h"
 #include "backend/core/reprojection.h"
 #include "common/camera/camera_model.h"
 #include "common/contract/map.h"
@@ -36,15 +37,15 @@ struct LocalBaJob {
   struct DrEdge {
     int32_t from = 0, to = 0;   // indices into keyframes
     SE3 T_FromTo;               // camera motion
-    Eigen::Vector3d way;        // of the body, axes of From
+    ScaleLever lever;           // of the scales of way and turn
     Matrix6d sqrt_information;  // of alpha * inv(Sigma): upper triangular
     double alpha = 0;           // the scale that local BA gave it, for the map
   };
 
   int64_t revision = 0;  // of the map it was cut from
   KeyframeId newest;     // of that map
-  // Prior of one error that all ways of DR have in common, a scale; 0: there is none.
-  double way_scale_sigma = 0;
+  // Prior of the errors that all ways, and all turns, of DR have in common; 0: they have none.
+  double dr_scale_sigma = 0;
   RectifiedCamera camera;
   int iterations = 10;                   // per pass
   double function_tolerance = 1e-4;      // relative change of the cost at which a pass ends early
@@ -78,7 +79,7 @@ struct LocalBaResult {
   // For reports.
   int iterations = 0;
   int num_sightings = 0;
-  double way_scale = 1;                    // true way / way of DR, as found
+  Eigen::Vector2d dr_scale_error = Eigen::Vector2d::Zero();  // of way and turn, as found
   double cost_before = 0, cost_after = 0;  // robust cost of the sightings kept to the end, and DR
 };
 

@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <map>
 
-#include "backend/core/ceres_blocks.h"
 #include "backend/test/world.h"
 
 namespace gw::backend {
@@ -108,11 +107,11 @@ LocalBaJob::DrEdge Edge(const World& world, int to, double alpha) {
   const SE3 T_BC = TestCamera().T_BC;
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(0.02), Eigen::Vector3d::Constant(0.005);
-  const SE3 T_BaBb = world.Dr(to).T_BaBb;
+  const DrMotion motion = CameraMotion(world.Dr(to), T_BC, {});
   return {to - 1,
           to,
-          T_BC.inverse() * T_BaBb * T_BC,
-          T_BC.inverse().rotation() * T_BaBb.translation(),
+          motion.T_CaCb,
+          motion.lever,
           Matrix6d((std::sqrt(alpha) * sigma.cwiseInverse()).asDiagonal()),
           alpha};
 }
@@ -202,22 +201,23 @@ TEST(LocalBa, DrEdgesAloneHoldKeyframesThatSeeNothing) {
   EXPECT_LT(PoseRmse(world, result), 1e-5);
 }
 
-// Wheels that tell 2 % too little: strong DR edges shrink the map, unless they may share a scale.
-TEST(LocalBa, WaysOfDrWithAScaleOfTheirOwnDoNotShrinkTheMap) {
+// Dead reckoning with wrong scales: strong edges bend the map, unless they may share the errors.
+TEST(LocalBa, DrWithScaleErrorsInCommonDoesNotBendTheMap) {
   World world({.dr_sigma_m = 0.001, .dr_sigma_rad = 0.0001, .keyframes_per_lap = 160});
   LocalBaJob job = MakeJob(world, 12);
+  const Eigen::Vector2d errors(0.02, -0.03);
   for (int k = 1; k < 12; ++k) {
     LocalBaJob::DrEdge edge = Edge(world, k, 1000);
-    edge.T_FromTo = Stretched(edge.T_FromTo, edge.way, 0.98);
-    edge.way *= 0.98;
+    edge.T_FromTo = edge.T_FromTo * SE3::Exp(-edge.lever * errors);
     job.dr_edges.push_back(edge);
   }
   const LocalBaResult stiff = SolveLocalBa(job);
-  job.way_scale_sigma = 0.05;
+  job.dr_scale_sigma = 0.05;
   const LocalBaResult scaled = SolveLocalBa(job);
   ASSERT_TRUE(stiff.usable && scaled.usable);
-  EXPECT_EQ(stiff.way_scale, 1.0);
-  EXPECT_NEAR(scaled.way_scale, 1 / 0.98, 0.005);
+  EXPECT_EQ(stiff.dr_scale_error.norm(), 0);
+  EXPECT_LT((scaled.dr_scale_error - errors).norm(), 0.3 * errors.norm())
+      << scaled.dr_scale_error.transpose();
   EXPECT_LT(PoseRmse(world, scaled), 0.5 * PoseRmse(world, stiff));
 }
 

@@ -17,9 +17,10 @@ constexpr int kGlobalIterations = 20;   // of global BA, per pass
 // Of global BA: ten thousands of sightings outweigh a lap's dead reckoning in the cost, which still
 // moves the map where they have converged to 1e-4.
 constexpr double kGlobalTolerance = 1e-6;
-// Prior of the scale of the ways of DR in global BA, as in the DR filter (wheel_scale_sigma):
-// wheels wear, floors differ, and what the filter learnt of it is as good as vision was.
-constexpr double kWayScaleSigma = 0.01;
+// Prior of the scales of DR in global BA, as in the DR filter (wheel_scale_sigma,
+// gyro_scale_sigma): wheels wear, floors differ, and what the filter learnt of it is as good as
+// vision was.
+constexpr double kDrScaleSigma = 0.01;
 constexpr int kFewestNeighbours = 3;  // taken even below the covisibility threshold
 
 // The covisible part: the newest keyframe and its best neighbours.
@@ -150,7 +151,7 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
         DrScale(SmoothedLack(map, id, reference), context.variant, context.dr_weight);
     if (!(alpha > 0)) continue;
     const DrMotion motion = MotionTo(context, keyframe);
-    job.dr_edges.push_back({from->second, index.at(id), motion.T_CaCb, motion.way,
+    job.dr_edges.push_back({from->second, index.at(id), motion.T_CaCb, motion.lever,
                             SqrtInformation(EdgeCovariance(motion, alpha, context.variant)),
                             alpha});
   }
@@ -172,7 +173,7 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
   }
   AddSightings(map, context, map.SortedLandmarkIds(), index, job);
   if (!DrInGlobalBa(context.variant)) return job;
-  if (AdaptsAlpha(context.variant)) job.way_scale_sigma = kWayScaleSigma;
+  if (AdaptsAlpha(context.variant)) job.dr_scale_sigma = kDrScaleSigma;
   const double reference = ConnectionReference(map, context.dr_weight);
   for (const auto& [id, keyframe] : map.keyframes()) {
     const double alpha = DrEdgeScale(map, context, id, reference);
@@ -180,7 +181,7 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
     const DrMotion motion = MotionTo(context, keyframe);
     const Matrix6d cov = WholeMapEdgeCovariance(motion, alpha, context.variant, context.dr_weight);
     job.dr_edges.push_back({index.at(keyframe.frame.previous), index.at(id), motion.T_CaCb,
-                            motion.way, SqrtInformation(cov), alpha});
+                            motion.lever, SqrtInformation(cov), alpha});
   }
   return job;
 }

@@ -36,10 +36,13 @@ Matrix6d EdgeCovariance(const DrMotion& motion, double alpha, Variant variant) {
 
 Matrix6d WholeMapEdgeCovariance(const DrMotion& motion, double alpha, Variant variant,
                                 const DrWeightConfig& config) {
-  if (!AdaptsAlpha(variant) || motion.reported_cov.isZero(0)) {
-    return EdgeCovariance(motion, alpha, variant);
-  }
-  return EdgeCovariance(motion, config.alpha_max, variant) / (kVisionInflation * kVisionInflation);
+  const Matrix6d local = EdgeCovariance(motion, alpha, variant);
+  if (!AdaptsAlpha(variant) || motion.reported_cov.isZero(0)) return local;
+  const Matrix6d known = EdgeCovariance(motion, config.alpha_max, variant);
+  Matrix6d information = local.inverse();
+  information.topLeftCorner<3, 3>() +=
+      kVisionInflation * kVisionInflation * known.topLeftCorner<3, 3>().inverse();
+  return information.inverse();
 }
 
 Matrix6d SqrtInformation(const Matrix6d& cov) {

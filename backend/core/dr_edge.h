@@ -42,8 +42,10 @@ inline constexpr double kVisionInflation = 2.4;
 // Covariance of an edge in a bundle adjustment of the whole map, for sightings that count as if
 // their errors were independent. Over a lap they are not, and what alpha says of one image is no
 // measure of it: where alpha follows the quality of tracking and the filter reports a covariance,
-// dead reckoning counts for all it knows (as for a blind image), and as much more as the sightings
-// count too much (docs/adr/0015-dead-reckoning-in-global-ba.md). Otherwise as in local BA.
+// the way of dead reckoning counts for all it knows (as for a blind image), and as much more as the
+// sightings count too much. Its turn counts as in local BA: the errors of headings that follow each
+// other are one bias, which edges that are independent of each other would take for knowledge
+// (docs/adr/0015-dead-reckoning-in-global-ba.md).
 Matrix6d WholeMapEdgeCovariance(const DrMotion& motion, double alpha, Variant variant,
                                 const DrWeightConfig& config);
 

@@ -19,9 +19,9 @@ namespace gw::backend {
 // Empty while the map has fewer than two keyframes.
 std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& context);
 
-// Every keyframe but the first, and every landmark with two observations, for global BA; DR edges
-// with the weights that local BA left on them, in variants that have them there. Empty with fewer
-// than two keyframes.
+// Every keyframe but the first, and every landmark with two observations, for global BA; in
+// variants that have them there, DR edges as WholeMapEdgeCovariance weighs them, around the scales
+// that local BA left. Empty with fewer than two keyframes.
 std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& context);
 
 }  // namespace gw::backend

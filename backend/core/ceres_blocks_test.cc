@@ -114,31 +114,36 @@ TEST(ReprojectionCost, RefusesAPointBehindTheCamera) {
   EXPECT_FALSE(ReprojectionCost<3>(&camera, {}).Evaluate(blocks, residuals, nullptr));
 }
 
+// Two poses, and a measured motion between them that they do not quite fit.
+struct RandomEdge {
+  explicit RandomEdge(CounterRng& rng) {
+    a = ToBlock(SE3::Exp(RandomTangent(rng, 2.0)));
+    T_ab = SE3::Exp(RandomTangent(rng, 1.0));
+    b = ToBlock(FromBlock(a.data()) * T_ab * SE3::Exp(RandomTangent(rng, 0.3)));
+    for (int i = 0; i < 6; ++i) sqrt_information(0, i) += rng.Uniform(-1, 1);
+  }
+  PoseBlock a{}, b{};
+  SE3 T_ab;
+  Matrix6d sqrt_information = Matrix6d::Identity();
+};
+
 TEST(RelativePoseCost, JacobiansMatchCentralDifferences) {
   for (uint64_t seed = 0; seed < 200; ++seed) {
     CounterRng rng(seed, 3, 0);
-    const PoseBlock a = ToBlock(SE3::Exp(RandomTangent(rng, 2.0)));
-    const SE3 T_ab = SE3::Exp(RandomTangent(rng, 1.0));
-    const PoseBlock b = ToBlock(FromBlock(a.data()) * T_ab * SE3::Exp(RandomTangent(rng, 0.3)));
-    Matrix6d sqrt_information = Matrix6d::Identity();
-    for (int i = 0; i < 6; ++i) sqrt_information(0, i) += rng.Uniform(-1, 1);
-    ExpectJacobiansMatch(RelativePoseCost(T_ab, sqrt_information), {a.data(), b.data()});
+    const RandomEdge e(rng);
+    ExpectJacobiansMatch(RelativePoseCost(e.T_ab, e.sqrt_information), {e.a.data(), e.b.data()});
   }
 }
 
 TEST(ScaledMotionCost, JacobiansMatchCentralDifferences) {
   for (uint64_t seed = 0; seed < 200; ++seed) {
     CounterRng rng(seed, 4, 0);
-    const PoseBlock a = ToBlock(SE3::Exp(RandomTangent(rng, 2.0)));
-    const SE3 T_ab = SE3::Exp(RandomTangent(rng, 1.0));
-    const PoseBlock b = ToBlock(FromBlock(a.data()) * T_ab * SE3::Exp(RandomTangent(rng, 0.3)));
-    Matrix6d sqrt_information = Matrix6d::Identity();
-    for (int i = 0; i < 6; ++i) sqrt_information(0, i) += rng.Uniform(-1, 1);
+    const RandomEdge e(rng);
     ScaleLever lever;
     for (int i = 0; i < 12; ++i) lever(i % 6, i / 6) = rng.Uniform(-1, 1);
     const Eigen::Vector2d errors(rng.Uniform(-0.1, 0.1), rng.Uniform(-0.1, 0.1));
-    ExpectJacobiansMatch(ScaledMotionCost(T_ab, lever, sqrt_information),
-                         {a.data(), b.data(), errors.data()});
+    ExpectJacobiansMatch(ScaledMotionCost(e.T_ab, lever, e.sqrt_information),
+                         {e.a.data(), e.b.data(), errors.data()});
   }
 }
 

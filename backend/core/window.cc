@@ -95,6 +95,12 @@ DrMotion MotionTo(const MappingContext& context, const MapKeyframe& to) {
   return CameraMotion(*to.frame.dr, context.camera.T_BC, context.dr_weight);
 }
 
+void AddDrEdge(const MapKeyframe& to, const DrMotion& motion, const Matrix6d& cov, double alpha,
+               const Index& index, LocalBaJob& job) {
+  job.dr_edges.push_back({index.at(to.frame.previous), index.at(to.frame.id), motion.T_CaCb,
+                          motion.lever, SqrtInformation(cov), alpha});
+}
+
 }  // namespace
 
 std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& context) {
@@ -151,9 +157,7 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
         DrScale(SmoothedLack(map, id, reference), context.variant, context.dr_weight);
     if (!(alpha > 0)) continue;
     const DrMotion motion = MotionTo(context, keyframe);
-    job.dr_edges.push_back({from->second, index.at(id), motion.T_CaCb, motion.lever,
-                            SqrtInformation(EdgeCovariance(motion, alpha, context.variant)),
-                            alpha});
+    AddDrEdge(keyframe, motion, EdgeCovariance(motion, alpha, context.variant), alpha, index, job);
   }
   return job;
 }
@@ -180,8 +184,7 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
     if (!(alpha > 0)) continue;
     const DrMotion motion = MotionTo(context, keyframe);
     const Matrix6d cov = WholeMapEdgeCovariance(motion, alpha, context.variant, context.dr_weight);
-    job.dr_edges.push_back({index.at(keyframe.frame.previous), index.at(id), motion.T_CaCb,
-                            motion.lever, SqrtInformation(cov), alpha});
+    AddDrEdge(keyframe, motion, cov, alpha, index, job);
   }
   return job;
 }

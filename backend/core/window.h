@@ -20,7 +20,7 @@ namespace gw::backend {
 std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& context);
 
 // Every keyframe but the first, and every landmark with two observations, for global BA; in
-// variants that have them there, DR edges as WholeMapEdgeCovariance weighs them, around the scales
+// variants that have them there, DR edges as WholeMapEdgeCovariance weighs them, from the alpha
 // that local BA left. Empty with fewer than two keyframes.
 std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& context);
 

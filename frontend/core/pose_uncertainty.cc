@@ -15,7 +15,7 @@ namespace {
 // docs/results.md, consistency.
 Vector6d VisionInflation() {
   Vector6d scale;
-  scale << 2.1, 1.4, 3.2, 1.1, 1.8, 1.0;
+  scale << 1.85, 1.2, 2.8, 0.95, 1.55, 0.9;
   return scale;
 }
 
@@ -61,6 +61,7 @@ void PoseUncertainty::Predict(const SE3& T_ab, const DrNoise& noise, DurationUs 
     a.cross = (a.cross * noise.kept.asDiagonal()).eval();
     a.with_now = (A * a.with_now + G * a.cross.transpose()).eval();
     a.with_vision *= kept;
+    a.shift = (A * a.shift).eval();
   }
 }
 
@@ -78,6 +79,10 @@ void PoseUncertainty::Update(const Matrix6d& vision_information,
   for (Past& a : past_) a.with_now = (L * a.with_now + B * a.with_vision.transpose()).eval();
 }
 
+void PoseUncertainty::Shift(const Vector6d& shift) {
+  for (Past& a : past_) a.shift += shift;
+}
+
 std::optional<PoseUncertainty::Motion> PoseUncertainty::Remember(Utime utime, const SE3& T_WC,
                                                                  DurationUs span) {
   const auto distance = [&](const Past& a) { return std::abs((utime - a.utime - span).us); };
@@ -87,10 +92,11 @@ std::optional<PoseUncertainty::Motion> PoseUncertainty::Remember(Utime utime, co
     const Past& a = past_.front();
     const Matrix6d adj = (T_WC.inverse() * a.T_WC).Adjoint();
     const Matrix6d shared = adj * a.with_now.transpose();
-    const Matrix6d cov = cov_ + adj * a.cov * adj.transpose() - shared - shared.transpose();
+    const Matrix6d cov = cov_ + adj * a.cov * adj.transpose() - shared - shared.transpose() +
+                         a.shift * a.shift.transpose();
     motion = Motion{utime - a.utime, 0.5 * (cov + cov.transpose())};
   }
-  past_.push_back({utime, T_WC, cov_, cross_, cov_, with_vision_});
+  past_.push_back({utime, T_WC, cov_, cross_, cov_, with_vision_, Vector6d::Zero()});
   return motion;
 }
 

@@ -19,7 +19,8 @@
 //
 // The motion between two images has the covariance of x_b - Ad(inv(T_ab)) x_a. Errors of poses a
 // second apart have much in common, unless vision placed each of them: E[x_b x_a^T] is followed
-// too.
+// too. Where the map moved between them (local BA, a loop), so did the pose: that shift was an
+// error of one of the two, and s s^T is added to the covariance of the motion.
 #pragma once
 
 #include <deque>
@@ -48,6 +49,9 @@ class PoseUncertainty {
   // (zero: vision alone). Call after Predict.
   void Update(const Matrix6d& vision_information, const Matrix6d& prior_information);
 
+  // The map moved, and the pose with it by this right perturbation.
+  void Shift(const Vector6d& shift);
+
   const Matrix6d& cov() const { return cov_; }
 
   struct Motion {
@@ -67,6 +71,7 @@ class PoseUncertainty {
     DrLever cross;         // E[x_a c^T]
     Matrix6d with_now;     // E[x x_a^T]
     Matrix6d with_vision;  // E[x_a n^T], n of now
+    Vector6d shift;        // s: how far the map moved since then, in camera axes of now
   };
 
   Matrix6d cov_ = Matrix6d::Zero();

@@ -170,5 +170,30 @@ TEST(PoseUncertainty, VisionAloneForgetsTheDrift) {
   EXPECT_LT((uncertainty.cov() - expected).norm(), 1e-9 * expected.norm());
 }
 
+TEST(PoseUncertainty, MotionHoldsWhatTheMapMovedInIt) {
+  const Track track;
+  const auto motion_over_ten_images = [&](const Vector6d& shift) {
+    PoseUncertainty uncertainty;
+    SE3 T_WC;
+    for (int i = 0;; ++i) {
+      if (i > 0) {
+        uncertainty.Predict(track.T_ab, track.noise, kPeriod);
+        T_WC = T_WC * track.T_ab;
+      }
+      uncertainty.Update(track.vision_information, track.prior_information);
+      const auto motion = uncertainty.Remember(Utime{} + DurationUs{kPeriod.us * i}, T_WC,
+                                               DurationUs{kPeriod.us * 10});
+      if (i == 10) return motion->cov;
+      if (i == 7) uncertainty.Shift(shift);
+    }
+  };
+  Vector6d shift;
+  shift << 0.02, 0, -0.01, 0.001, 0.002, 0;
+  const Matrix6d grown = motion_over_ten_images(shift) - motion_over_ten_images(Vector6d::Zero());
+  const SE3 rest = track.T_ab * track.T_ab * track.T_ab;
+  const Vector6d seen = rest.inverse().Adjoint() * shift;  // at the end of the motion
+  EXPECT_LT((grown - seen * seen.transpose()).norm(), 1e-9 * seen.squaredNorm());
+}
+
 }  // namespace
 }  // namespace gw::frontend

@@ -471,6 +471,7 @@ void Tracker::Impl::ConsiderPlace(const FeatureFrame& frame, const PlaceEvidence
 
 bool Tracker::Impl::Push(const MapUpdate& update) {
   const auto T_WK_before = map_.KeyframePose(reference_);
+  const SE3 T_WC_before = T_WC_;
   if (!map_.Apply(update)) return false;
   if (update.snapshot) {
     map_known_ = true;
@@ -488,6 +489,7 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
       }
     }
     if (const auto T_WK = map_.KeyframePose(reference_)) T_WC_ = *T_WK * T_KC;
+    uncertainty_.Shift((T_WC_before.inverse() * T_WC_).Log());
   }
   if (!update.merged_landmarks.empty()) {
     std::map<LandmarkId, LandmarkId> merged;

@@ -8,6 +8,7 @@
 #include "common/core/version.h"
 #include "tools/eval/report.h"
 #include "tools/files/text_file.h"
+#include "tools/log/span.h"
 
 namespace gw::eval {
 namespace {
@@ -17,6 +18,7 @@ struct Arguments {
   std::string est;
   std::string keyframes;
   std::string frames;
+  std::string span = ":";
   int64_t images = 0;
   std::string json;
   std::string plot;
@@ -25,6 +27,15 @@ struct Arguments {
   double rpe_delta_s = 1.0;
   EvalOptions options;
 };
+
+// What lies in the span.
+Trajectory Cut(const Trajectory& trajectory, Utime begin, const tools::Span& span) {
+  Trajectory out;
+  for (const TimedPose& pose : trajectory) {
+    if (span.Contains(pose.utime - begin)) out.push_back(pose);
+  }
+  return out;
+}
 
 // Fills coverage from --frames or --images.
 Result<Done> MeasureCoverage(const Arguments& args, const Trajectory& est, EvalReport* report) {
@@ -48,10 +59,15 @@ Result<Done> MeasureCoverage(const Arguments& args, const Trajectory& est, EvalR
 }
 
 Result<Done> Run(const Arguments& args) {
-  const auto ref = ReadReference(args.ref);
+  const auto span = tools::ParseSpan("--span", args.span);
+  if (!span) return span.error();
+  auto ref = ReadReference(args.ref);
   if (!ref) return ref.error();
-  const auto est = ReadTum(args.est);
+  auto est = ReadTum(args.est);
   if (!est) return est.error();
+  const Utime begin = ref->empty() ? Utime() : ref->front().utime;
+  *ref = Cut(*ref, begin, span->span);
+  *est = Cut(*est, begin, span->span);
   EvalReport report;
   report.ref_name = args.ref;
   report.est_name = args.est;
@@ -60,8 +76,9 @@ Result<Done> Run(const Arguments& args) {
   if (!frames) return Error{frames.error().code, args.est + ": " + frames.error().message};
   report.frames = std::move(*frames);
   if (!args.keyframes.empty()) {
-    const auto keyframes = ReadTum(args.keyframes);
+    auto keyframes = ReadTum(args.keyframes);
     if (!keyframes) return keyframes.error();
+    *keyframes = Cut(*keyframes, begin, span->span);
     auto evaluation = Evaluate(*ref, *keyframes, args.options);
     if (!evaluation) {
       return Error{evaluation.error().code, args.keyframes + ": " + evaluation.error().message};
@@ -118,8 +135,12 @@ int main(int argc, char** argv) {
   app.add_option("--keyframes", args.keyframes, "final keyframes (TUM), for R(F/KF)");
   auto* images = app.add_option("--images", args.images, "number of images, for the coverage")
                      ->check(CLI::Range(int64_t{1}, int64_t{1} << 40));
-  app.add_option("--frames", args.frames, "frames.csv of the run, for the coverage")
-      ->excludes(images);
+  auto* frames = app.add_option("--frames", args.frames, "frames.csv of the run, for the coverage")
+                     ->excludes(images);
+  app.add_option("--span", args.span,
+                 "T0:T1, s since the reference begins: only this span, aligned on its own")
+      ->excludes(images)
+      ->excludes(frames);
   app.add_option("--json", args.json, "write all numbers to this file");
   app.add_option("--plot", args.plot, "draw both trajectories and the errors into this SVG");
   try {

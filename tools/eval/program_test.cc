@@ -13,6 +13,7 @@ namespace gw {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 std::string TempFile(const std::string& name) {
   return testing::TempDir() + "gw_eval_program_" + name;
@@ -53,6 +54,25 @@ TEST(GwEval, WritesTableJsonAndPlot) {
   EXPECT_THAT(Read(json), HasSubstr("\"alignment\": \"yaw\""));
   EXPECT_THAT(Read(json), HasSubstr("\"coverage\": 0.5"));
   EXPECT_THAT(Read(svg), HasSubstr("</svg>"));
+}
+
+// The estimate is a second triangle moved by 5 m: each on its own fits, both in one frame cannot.
+TEST(GwEval, SpanIsAlignedOnItsOwn) {
+  const std::string ref = Write("ref.tum", std::string(kTriangle) +
+                                               "11 0 0 0 0 0 0 1\n11.5 1 0 0 0 0 0 1\n"
+                                               "12 1 1 0 0 0 0 1\n");
+  const std::string est = Write("est.tum", std::string(kTriangle) +
+                                               "11 5 0 0 0 0 0 1\n11.5 6 0 0 0 0 0 1\n"
+                                               "12 6 1 0 0 0 0 1\n");
+  const std::string files = "--ref " + ref + " --est " + est;
+  for (const char* span : {":5", "5:", "10:11.1"}) {
+    ASSERT_EQ(RunProgram(files + " --span " + span), kExitOk) << Read(TempFile("output"));
+    EXPECT_THAT(Read(TempFile("output")), HasSubstr("APE translation (m)            0.0000"));
+  }
+  ASSERT_EQ(RunProgram(files), kExitOk);
+  EXPECT_THAT(Read(TempFile("output")), Not(HasSubstr("APE translation (m)            0.0000")));
+  EXPECT_EQ(RunProgram(files + " --span 20:30"), kExitFailed);
+  EXPECT_EQ(RunProgram(files + " --span 30:20"), kExitUsage);
 }
 
 TEST(GwEval, ExitCodesTellUsageFromData) {

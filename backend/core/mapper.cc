@@ -56,7 +56,11 @@ Result<Mapper> Mapper::Create(const BackendConfig& config, const FrontendConfig&
 }
 
 Mapper::Mapper(const MappingContext& context, Map map, MapUse use)
-    : context_(context), map_(std::move(map)), use_(use), loops_(map_) {}
+    : context_(context),
+      map_(std::move(map)),
+      use_(use),
+      loops_(map_),
+      inserted_since_global_(std::ssize(map_.keyframes())) {}
 
 MapUpdate Mapper::Commit() {
   MapUpdate update = map_.Commit();

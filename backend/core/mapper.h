@@ -87,7 +87,8 @@ class Mapper {
 
   // True when a good part of the map came in since the last global job, and the newest keyframe
   // sees what was mapped long before it: there the map holds itself, and what was driven again
-  // makes it better. (A chain that is still open has nothing to gain: docs/adr/0015.)
+  // makes it better. (A chain that is still open has nothing to gain: docs/adr/0015.) A map to go
+  // on with counts as new: its last global job may have died with the process.
   bool GlobalBaDue() const;
   // The whole map; its result goes to ApplyGlobal.
   std::optional<LocalBaJob> BuildGlobalJob();
@@ -120,9 +121,9 @@ class Mapper {
   MapUse use_;
   LoopCloser loops_;
   MapperCounters counters_;
-  int64_t inserted_since_global_ = 0;  // keyframes
-  int64_t poses_moved_revision_ = 0;   // the last one in which keyframes moved
-  int64_t loop_revision_ = 0;          // the last one in which a loop was closed
+  int64_t inserted_since_global_;     // keyframes
+  int64_t poses_moved_revision_ = 0;  // the last one in which keyframes moved
+  int64_t loop_revision_ = 0;         // the last one in which a loop was closed
 
   // Where keyframes were before they moved, newest last: a keyframe that was tracked in an older
   // map follows its predecessor's move. Bounded.

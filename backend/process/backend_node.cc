@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "common/camera/camera_model.h"
+#include "common/process/memory.h"
 #include "lcmtypes/wire/channels.h"
 
 namespace gw::backend {
@@ -177,6 +178,7 @@ void BackendNode::TakeOutcomes(process::Shell& shell) {
     if (const auto update = mapper_.ApplyGlobal(std::get<LocalBaResult>(*outcome))) {
       Publish(*update, shell);
     }
+    process::ReleaseFreeMemory();
   }
 }
 

@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "frontend/core/keyframe_policy.h"
+#include "frontend/core/keyframe_chain.h"
 #include "frontend/core/local_map.h"
 #include "frontend/core/motion_model.h"
 #include "frontend/core/place_confirmation.h"
@@ -37,7 +37,8 @@ class Tracker::Impl {
         finder_(config, camera_, {config.orb.scale_factor, config.orb.num_levels}),
         map_(camera_, {config.orb.scale_factor, config.orb.num_levels}),
         motion_(camera_, config),
-        view_(camera_) {}
+        view_(camera_),
+        chain_(config) {}
 
   TrackerOutput Push(const CameraFrame& frame);
   TrackerOutput Track(Utime utime, int64_t seq, const FeatureFrame& features,
@@ -59,10 +60,9 @@ class Tracker::Impl {
   PlaceEvidence Evidence(const FramePose& report, int num_inliers) const;
   void Accept(const FoundPose& found, const FeatureFrame& frame, const Motion& motion,
               const SE3& T_WC_predicted, FramePose* report);
-  bool WantsKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
-                     bool vision) const;
-  Keyframe MakeKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
-                        const FramePose& report);
+  bool BeginsMap(const FeatureFrame& frame) const;
+  bool ContinuesMap(bool vision, const Motion& motion) const;
+  Keyframe MakeKeyframe(const FeatureFrame& frame, const FoundPose& found, const FramePose& report);
   void FillPose(FramePose* report) const;
   void FillMotion(FramePose* report);
   void ConsiderPlace(const FeatureFrame& frame, const PlaceEvidence& evidence, bool hinted,
@@ -86,7 +86,6 @@ class Tracker::Impl {
   SE3 T_WC_;
   PoseUncertainty uncertainty_;  // of T_WC_
   Utime last_vision_;            // the last image whose pose came from vision
-  int unmatched_images_ = 0;     // in a row with features, but without a pose from vision
   Recovery recovery_;
   std::vector<TrackedPoint> tracked_;
   std::optional<Pose> hint_;
@@ -94,12 +93,8 @@ class Tracker::Impl {
   std::optional<PlaceConfirmation::Confirmed> confirmed_;  // to be tracked from at the next image
   bool claims_place_ = false;  // the newest image's pose; false: it may be anywhere
 
-  KeyframeId reference_;      // keyframe the pose is expressed in
-  KeyframeId last_keyframe_;  // newest of our own
-  KeyframeId next_keyframe_{1};
-  Utime keyframe_utime_;
-  SE3 T_CkeyC_;  // motion since the last keyframe
-  int images_since_keyframe_ = 0;
+  KeyframeId reference_;  // keyframe the pose is expressed in
+  KeyframeChain chain_;
 };
 
 FoundPose Tracker::Impl::Find(const SE3& T_WC_predicted, const Motion& motion, Utime utime) {
@@ -161,7 +156,7 @@ bool Tracker::Impl::TakePlace(const Motion& motion, Utime utime, FoundPose* foun
   const bool carried = place_.in_doubt() || !PosesAgree(T_WC_ * motion.T_ab, e.T_WC,
                                                         uncertainty_.cov() + motion.weight_cov +
                                                             VisionCovariance(e.vision_information));
-  if (carried) last_keyframe_ = {};
+  if (carried) chain_.Break();
   T_WC_ = T_WC;
   uncertainty_ = uncertainty;
   placed_ = true;
@@ -181,7 +176,7 @@ bool Tracker::Impl::Believable(const FoundPose& found, const Motion& motion, con
   const Recovery::Verdict verdict = recovery_.Judge(
       {found.estimate.T_WC, cov, found.estimate.num_inliers, T_ab, motion.weight_cov}, expected);
   // Dead reckoning does not lead from the last keyframe to here.
-  if (verdict == Recovery::Verdict::kElsewhere) last_keyframe_ = {};
+  if (verdict == Recovery::Verdict::kElsewhere) chain_.Break();
   return verdict != Recovery::Verdict::kWait;
 }
 
@@ -218,61 +213,30 @@ void Tracker::Impl::Accept(const FoundPose& found, const FeatureFrame& frame, co
   placed_ = true;
 }
 
-bool Tracker::Impl::WantsKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
-                                  bool vision) const {
-  if (images_since_keyframe_ < 2) return false;
-  KeyframeEvidence e;
-  e.since_last = utime - keyframe_utime_;
-  e.vision = vision;
-  e.num_inliers = vision ? found.estimate.num_inliers : 0;
-  e.num_mapped = map_.NumLandmarks(reference_);
-  std::vector<float> depths;
-  for (size_t i = 0; i < frame.features.size(); ++i) {
-    if (!frame.features[i].has_depth()) continue;
-    depths.push_back(frame.features[i].depth);
-    const bool tracked = vision && found.landmarks[i].valid();
-    ++(tracked ? e.num_close_tracked : e.num_close_untracked);
-  }
-  if (!depths.empty()) {
-    std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-    e.median_depth_m = depths[depths.size() / 2];
-  }
-  e.unmatched_images = unmatched_images_;
-  e.translation_m = T_CkeyC_.translation().norm();
-  e.rotation_rad = LogSO3(T_CkeyC_.rotation()).norm();
-  return NeedsKeyframe(e, config_);
+// There is no map yet, and this image shows enough to begin it.
+bool Tracker::Impl::BeginsMap(const FeatureFrame& frame) const {
+  if (map_frozen_ || !map_known_ || !map_.empty()) return false;
+  const auto with_depth = std::count_if(frame.features.begin(), frame.features.end(),
+                                        [](const Feature& f) { return f.has_depth(); });
+  return with_depth >= kMinInitialLandmarks;
 }
 
-Keyframe Tracker::Impl::MakeKeyframe(Utime utime, const FeatureFrame& frame, const FoundPose& found,
+// An image may become a keyframe when it is known where it was taken, by vision or dead reckoning.
+bool Tracker::Impl::ContinuesMap(bool vision, const Motion& motion) const {
+  if (map_frozen_ || (map_known_ && map_.empty()) || place_.in_doubt()) return false;
+  return vision || (placed_ && motion.from_dr && DrInLocalBa(config_.variant));
+}
+
+Keyframe Tracker::Impl::MakeKeyframe(const FeatureFrame& frame, const FoundPose& found,
                                      const FramePose& report) {
-  Keyframe k;
-  k.id = next_keyframe_;
-  k.utime = utime;
-  k.T_WC = T_WC_;
-  k.cov_T_WC = uncertainty_.cov();
-  k.map_revision = map_.revision();
-  k.previous = last_keyframe_;
-  if (k.previous.valid()) k.dr = motion_.Increment(keyframe_utime_, utime);
-  k.q = report.q;
-  k.num_tracked = report.num_tracked;
-  k.features = frame.features;
-  k.descriptors = frame.descriptors;
-  k.landmarks.resize(frame.features.size());
-  for (size_t i = 0; i < frame.features.size(); ++i) {
-    if (i < found.landmarks.size() && found.landmarks[i].valid()) {
-      k.landmarks[i] = found.landmarks[i];
-    } else if (frame.features[i].has_depth()) {
-      k.landmarks[i] = LandmarkId::From(k.id, static_cast<int>(i));
-      tracked_.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
-    }
+  Keyframe k =
+      chain_.Make({frame, found, report, T_WC_, uncertainty_.cov(), map_.revision()}, motion_);
+  for (size_t i = 0; i < k.landmarks.size(); ++i) {
+    if (k.landmarks[i] != LandmarkId::From(k.id, static_cast<int>(i))) continue;
+    tracked_.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
   }
   map_.AddKeyframe(k);
-  next_keyframe_.value = k.id.value + 1;
-  last_keyframe_ = reference_ = k.id;
-  keyframe_utime_ = utime;
-  T_CkeyC_ = SE3();
-  images_since_keyframe_ = 0;
-  unmatched_images_ = 0;
+  reference_ = k.id;
   return k;
 }
 
@@ -396,6 +360,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
     }
     last_vision_ = utime;
   } else {
+    found = FoundPose{};
     if (!unconfirmed) recovery_.Reset();
     T_WC_ = T_WC_predicted;
     motion_.ObserveNothing();
@@ -409,32 +374,22 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   PlaceEvidence evidence = Evidence(report, vision ? report.num_inliers : 0);
   evidence.relocalised = snapped;
   ConsiderPlace(*frame, evidence, hinted, &out);
-  if (has_image_) T_CkeyC_ = T_CkeyC_ * (T_WC_before.inverse() * T_WC_);
-  ++images_since_keyframe_;
-  const bool unmatched = !vision && report.num_detected >= config_.keyframe_min_close;
-  unmatched_images_ = unmatched ? unmatched_images_ + 1 : 0;
+  chain_.Observe(has_image_ ? T_WC_before.inverse() * T_WC_ : SE3(),
+                 !vision && report.num_detected >= config_.keyframe_min_close);
   utime_ = utime;
   has_image_ = true;
   hint_.reset();
 
-  bool keyframe = false;
-  if (map_frozen_) {
-    // Localise only.
-  } else if (map_known_ && map_.empty()) {
-    const auto with_depth = std::count_if(frame->features.begin(), frame->features.end(),
-                                          [](const Feature& f) { return f.has_depth(); });
-    keyframe = with_depth >= kMinInitialLandmarks;
-    if (keyframe) {
-      report.status = TrackingStatus::kTracking;
-      report.reason = TrackingReason::kNone;
-      last_vision_ = utime;
-      placed_ = true;
-    }
-  } else if (!place_.in_doubt() &&
-             (vision || (placed_ && motion.from_dr && DrInLocalBa(config_.variant)))) {
-    keyframe = WantsKeyframe(utime, *frame, found, vision);
+  if (BeginsMap(*frame)) {
+    report.status = TrackingStatus::kTracking;
+    report.reason = TrackingReason::kNone;
+    last_vision_ = utime;
+    placed_ = true;
+    out.keyframe = MakeKeyframe(*frame, found, report);
+  } else if (ContinuesMap(vision, motion) &&
+             chain_.WantsNext(utime, *frame, found, map_.NumLandmarks(reference_))) {
+    out.keyframe = MakeKeyframe(*frame, found, report);
   }
-  if (keyframe) out.keyframe = MakeKeyframe(utime, *frame, vision ? found : FoundPose{}, report);
   FillPose(&report);
   FillMotion(&report);
   return out;
@@ -477,7 +432,7 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
     map_known_ = true;
     map_frozen_ = update.frozen;
   }
-  next_keyframe_.value = std::max(next_keyframe_.value, update.newest_keyframe.value + 1);
+  chain_.Skip(update.newest_keyframe);
 
   // The pose follows the keyframe it is expressed in.
   if (T_WK_before) {

@@ -254,6 +254,9 @@ TEST(LoopCloser, GlobalBaIsDueOnKnownGroundUntilItRuns) {
   EXPECT_FALSE(drive.mapper.GlobalBaDue());
   drive.Run(world, 110, 149);
   EXPECT_FALSE(drive.mapper.GlobalBaDue());
+  const auto restarted = Mapper::Create({}, {}, TestCamera(), drive.mapper.map());
+  ASSERT_TRUE(restarted);
+  EXPECT_TRUE(restarted->GlobalBaDue());  // the job may have died with the process
   drive.Run(world, 149, 151);
   EXPECT_TRUE(drive.mapper.GlobalBaDue());
 }

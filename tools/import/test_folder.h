@@ -1,6 +1,7 @@
 // Small source folders for tests of the importers.
 #pragma once
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -67,6 +68,20 @@ inline std::filesystem::path SharedData() {
   const std::filesystem::path shared =
       variable != nullptr ? variable : std::filesystem::path(GW_SOURCE_DIR) / ".." / "shared";
   return std::filesystem::exists(shared / "data") ? shared / "data" : std::filesystem::path();
+}
+
+// What a bad folder must lead to.
+inline void ExpectError(const Result<Recording>& result, ErrorCode code,
+                        const std::vector<std::string>& parts) {
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, code) << result.error().message;
+  for (const std::string& part : parts) {
+    EXPECT_THAT(result.error().message, testing::HasSubstr(part));
+  }
+}
+
+inline void ExpectPose(const SE3& actual, const SE3& expected, double tolerance = 1e-9) {
+  EXPECT_LT((expected.inverse() * actual).Log().norm(), tolerance);
 }
 
 inline std::string AllText(const std::vector<std::string>& lines) {

@@ -44,7 +44,8 @@ function(gw_program name)
 endfunction()
 
 # gw_test(NAME SOURCES ... LIBS ... [LABEL unit|world|golden|multiproc|dataset|study|robot] [TIMEOUT seconds])
-# One ctest entry per program; GoogleTest prints the cases.
+# One ctest entry per program; GoogleTest prints the cases. Each has a folder of its own for temporary files, so that tests
+# of several builds may run at the same time.
 function(gw_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LIBS" ${ARGN})
   if(NOT ARG_LABEL)
@@ -62,7 +63,10 @@ function(gw_test name)
   target_compile_definitions(${name} PRIVATE
     GW_SOURCE_DIR="${CMAKE_SOURCE_DIR}" GW_BINARY_DIR="${CMAKE_BINARY_DIR}/bin")
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+  set(temporary ${CMAKE_BINARY_DIR}/test_tmp/${name})
+  file(MAKE_DIRECTORY ${temporary})
+  set_tests_properties(${name} PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT}
+    ENVIRONMENT_MODIFICATION "TMPDIR=set:${temporary};TEST_TMPDIR=set:${temporary}")
 endfunction()
 
 # gw_benchmark(NAME SOURCES ... LIBS ...): built with the rest, run by `tools/dev bench`.

@@ -8,10 +8,15 @@
 //   theta_vision = s theta_sensor + n       heading: rotation about body z over a window
 //   x_vision     = s x_sensor + n           way: translation along body x
 //
-// Vision's knowledge is kept apart from the DR filter's, whose estimate moves on as well; the two
-// are independent and fused when a motion is corrected. Errors of the camera's own calibration
-// enter too: DR then agrees with the map that the robot comes back into, which is what a blind span
-// needs.
+// A camera is mounted by hand, and looks a degree beside the way it is said to look: seen from it,
+// the base drives beside body x, by 17 mm per metre. Two more filters, for yaw and pitch:
+//
+//   y_vision = d x_sensor + n           and z alike, on straight ways
+//
+// Vision's knowledge of the scales is kept apart from the DR filter's, whose estimate moves on as
+// well; the two are independent and fused when a motion is corrected. Errors of the camera's own
+// calibration enter too: DR then agrees with the map that the robot comes back into, which is what
+// a blind span needs.
 #pragma once
 
 #include "common/contract/dead_reckoning.h"
@@ -23,7 +28,9 @@ namespace gw::frontend {
 
 class DrCalibration {
  public:
-  // The motion without the scale errors known so far. Body frame. dr: what DR says of its scales.
+  DrCalibration();
+
+  // The motion without the errors known so far. Body frame. dr: what DR says of its scales.
   SE3 Corrected(const SE3& T_BaBb, const DrState& dr) const;
   // What is then left of DR's doubt in the scales.
   void Limit(DrNoise* noise, const DrState& dr) const;
@@ -33,13 +40,15 @@ class DrCalibration {
   void Observe(const SE3& T_BaBb_dr, const SE3& T_BaBb_vision, DurationUs interval,
                const DrState& dr);
   // Between two images vision was not healthy, or DR has doubts of its own (slip).
-  void Interrupt() { window_ = Window(); }
+  void Interrupt() { window_ = straight_ = Window(); }
 
  private:
   // Motions are compared over windows: the noise of vision then counts at their ends only.
   struct Window {
     SE3 dr, vision;
     DurationUs length{0};
+
+    void Append(const SE3& T_dr, const SE3& T_vision, DurationUs interval);
   };
   // What the DR filter knows of a scale.
   struct Told {
@@ -58,6 +67,13 @@ class DrCalibration {
     // Variance of the two fused / variance told.
     double DoubtLeft(double told_sigma) const;
   };
+  // Where the base drives, as a slope against body x; small.
+  struct Direction {
+    double estimate;
+    double variance;
+    // sigma: of the motion beside the way. What is far off is not used.
+    void Update(double way, double beside, double sigma);
+  };
   static Told Heading(const DrState& dr);
   static Told Way(const DrState& dr);
   static Told Bounded(double scale, double sigma);  // whatever a message says
@@ -65,6 +81,9 @@ class DrCalibration {
   Window window_;
   Scale heading_;
   Scale way_;
+  Window straight_;
+  Direction sideways_;
+  Direction upwards_;
 };
 
 }  // namespace gw::frontend

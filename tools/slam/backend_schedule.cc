@@ -5,8 +5,8 @@
 namespace gw::tools {
 namespace {
 
-// Log time that a global BA of 20 iterations takes: measured 14 to 28 us of CPU time (300 keyframes,
-// docs/results.md); live it shares its cores.
+// Log time that a global BA of 20 iterations takes: measured 14 to 28 us of CPU time (300
+// keyframes, docs/results.md); live it shares its cores.
 constexpr int64_t kGlobalUsPerSighting = 40;
 
 }  // namespace

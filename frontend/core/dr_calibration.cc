@@ -21,11 +21,11 @@ constexpr double kUntoldWaySigma = 0.02;
 // the way does not pass for one beside it.
 constexpr double kShortestStraight = 0.5;  // m
 constexpr double kLongestStraight = 1.5;   // m
-constexpr double kStraightTurn = 0.2;      // rad
+constexpr double kStraightTurn = 0.1;      // rad
 // Noise of the comparison over a straight (measured as above, in young maps), and how well a camera
 // is mounted: beside by eye, its pitch is told by gravity too.
 constexpr double kSidewaysSigma = 0.005;             // m
-constexpr double kUpwardsSigma = 0.008;              // m
+constexpr double kUpwardsSigma = 0.010;              // m
 constexpr double kYawSigma = 0.01;                   // rad
 constexpr double kPitchSigma = 0.005;                // rad
 constexpr int kX = 0, kY = 1, kZ = 2, kHeading = 5;  // of a twist

@@ -130,7 +130,8 @@ struct FrontendConfig {
     v.Section("dr_weight", dr_weight,
               {.text = "Good Weights: tracking quality and the scale of the DR prior"});
     v.Field("calibrate_dr", calibrate_dr,
-            {.text = "while vision is healthy, learn the scale errors of heading and way"});
+            {.text = "while vision is healthy, learn the scale errors of heading and way, and the "
+                     "direction of driving"});
     v.Field("min_inliers", min_inliers,
             {.min = 6,
              .max = 500,

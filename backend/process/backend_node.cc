@@ -58,7 +58,7 @@ Result<Done> BackendNode::Start(process::Shell& shell) {
   keyframes_.emplace(session);
   updates_.emplace(session);
   if (!map_directory_.empty()) {
-    if (const auto opened = OpenMap(shell); !opened) return opened;
+    if (auto opened = OpenMap(shell); !opened) return opened;
   }
   shell.loop().Watch(solver_.fd());
   shell.loop().Watch(global_solver_.fd());

@@ -52,8 +52,8 @@ void PoseUncertainty::Predict(const SE3& T_ab, const DrNoise& noise, DurationUs 
   const Matrix6d A = T_ab.inverse().Adjoint();
   const DrLever& G = noise.lever;
   cross_ = (cross_ * noise.kept.asDiagonal()).eval();  // with c as it is now
-  const Matrix6d AxG = A * cross_ * G.transpose();
-  cov_ = A * cov_ * A.transpose() + AxG + AxG.transpose() + noise.Covariance();
+  const Matrix6d with_common = A * cross_ * G.transpose();
+  cov_ = A * cov_ * A.transpose() + with_common + with_common.transpose() + noise.Covariance();
   cross_ = (A * cross_ + G * noise.coherent).eval();
   const double kept = std::exp(-time.seconds() / kVisionMemory);
   with_vision_ = (kept * A * with_vision_).eval();

@@ -133,12 +133,14 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   options.num_threads = 1;
   options.max_num_iterations = job.iterations;
   options.function_tolerance = job.function_tolerance;
+  options.initial_trust_region_radius = job.trust_radius;
   options.logging_type = ceres::SILENT;
   StopWhenAsked stop_when_asked(stop);
   if (stop != nullptr) options.callbacks.push_back(&stop_when_asked);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   result.iterations += static_cast<int>(summary.iterations.size());
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
   return summary.IsSolutionUsable();
 }
 

@@ -151,6 +151,17 @@ bool ScaledMotionCost::Evaluate(double const* const* parameters, double* residua
   return true;
 }
 
+bool ScalePrior::Evaluate(double const* const* parameters, double* residuals,
+                          double** jacobians) const {
+  Eigen::Map<Eigen::Vector2d> r(residuals);
+  r = inverse_sigma_ * Eigen::Map<const Eigen::Vector2d>(parameters[0]);
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix2d> J(jacobians[0]);
+    J = inverse_sigma_ * Eigen::Matrix2d::Identity();
+  }
+  return true;
+}
+
 bool TiltCost::Evaluate(double const* const* parameters, double* residuals,
                         double** jacobians) const {
   const SE3 T_WC = FromBlock(parameters[0]);

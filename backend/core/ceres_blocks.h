@@ -81,6 +81,19 @@ class ScaledMotionCost final : public ceres::SizedCostFunction<6, 7, 7, 2> {
   Matrix6d sqrt_information_;
 };
 
+// Block: the errors of the scales (2). Residual: the errors in sigmas. (ceres::NormalPrior holds
+// Eigen's dynamic matrices, whose memory another build of Eigen inside Ceres may lay out
+// otherwise.)
+class ScalePrior final : public ceres::SizedCostFunction<2, 2> {
+ public:
+  explicit ScalePrior(double sigma) : inverse_sigma_(1 / sigma) {}
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  double inverse_sigma_;
+};
+
 // Block: T_WC. Residual: inverse_sigma * (up as the pose has it - up_C as measured), both unit
 // vectors in C; its length is the angle between them, for small angles.
 class TiltCost final : public ceres::SizedCostFunction<3, 7> {

@@ -147,5 +147,15 @@ TEST(ScaledMotionCost, JacobiansMatchCentralDifferences) {
   }
 }
 
+TEST(ScalePrior, JacobiansMatchCentralDifferences) {
+  const Eigen::Vector2d errors(0.02, -0.01);
+  const ScalePrior prior(0.01);
+  ExpectJacobiansMatch(prior, {errors.data()});
+  const double* const blocks[] = {errors.data()};
+  Eigen::Vector2d residual;
+  ASSERT_TRUE(prior.Evaluate(blocks, residual.data(), nullptr));
+  EXPECT_LT((residual - Eigen::Vector2d(2, -1)).norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace gw::backend

@@ -1,7 +1,6 @@
 #include "backend/core/local_ba.h"
 
 #include <ceres/iteration_callback.h>
-#include <ceres/normal_prior.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -72,7 +71,7 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   std::deque<ReprojectionCost<3>> stereo;
   std::deque<RelativePoseCost> relative;
   std::deque<ScaledMotionCost> scaled;
-  std::optional<ceres::NormalPrior> scale_prior;
+  std::optional<ScalePrior> scale_prior;
 
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -113,8 +112,7 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
     }
   }
   if (!scaled.empty()) {
-    scale_prior.emplace(ceres::Matrix(Eigen::Matrix2d::Identity() / job.dr_scale_sigma),
-                        ceres::Vector::Zero(2));
+    scale_prior.emplace(job.dr_scale_sigma);
     problem.AddResidualBlock(&*scale_prior, nullptr, state.dr_scale_error.data());
     ordering->AddElementToGroup(state.dr_scale_error.data(), 1);
   }
@@ -133,14 +131,12 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   options.num_threads = 1;
   options.max_num_iterations = job.iterations;
   options.function_tolerance = job.function_tolerance;
-  options.initial_trust_region_radius = job.trust_radius;
   options.logging_type = ceres::SILENT;
   StopWhenAsked stop_when_asked(stop);
   if (stop != nullptr) options.callbacks.push_back(&stop_when_asked);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   result.iterations += static_cast<int>(summary.iterations.size());
-  result.converged = summary.termination_type == ceres::CONVERGENCE;
   return summary.IsSolutionUsable();
 }
 

@@ -49,7 +49,6 @@ struct LocalBaJob {
   RectifiedCamera camera;
   int iterations = 10;                   // per pass
   double function_tolerance = 1e-4;      // relative change of the cost at which a pass ends early
-  double trust_radius = 1e4;             // of Levenberg and Marquardt, at first
   std::vector<KeyframeState> keyframes;  // sorted by id; at least one is fixed
   std::vector<LandmarkState> landmarks;  // sorted by id; each has at least two sightings
   std::vector<Sighting> sightings;       // sorted by landmark, then keyframe
@@ -61,7 +60,6 @@ struct LocalBaResult {
   KeyframeId newest;     // of the job
   // False: the solver found no usable step or the numbers are not finite; nothing may be applied.
   bool usable = false;
-  bool converged = false;  // else it ended after job.iterations, and the cost would go on sinking
   struct MovedKeyframe {
     KeyframeId id;
     SE3 T_WC;

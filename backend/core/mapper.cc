@@ -19,7 +19,6 @@ constexpr size_t kMaxMoves = 2000;  // more than a second's worth of local windo
 // Global BA is due again when so many keyframes, and such a part of all, came in since the last. A
 // part, so that what it costs per keyframe does not grow with the map.
 constexpr int64_t kLeastRenewed = 40;
-constexpr int kMostGlobalJobs = 3;
 constexpr int64_t kRenewedPart = 8;  // one in so many
 // What a keyframe that old saw is known ground.
 constexpr DurationUs kLongAgo = Milliseconds(30000);
@@ -291,7 +290,6 @@ std::optional<MapUpdate> Mapper::Apply(const LoopGraphResult& result) {
 }
 
 bool Mapper::GlobalBaDue() const {
-  if (global_unfinished_) return true;
   const int64_t enough = std::max(kLeastRenewed, std::ssize(map_.keyframes()) / kRenewedPart);
   return inserted_since_global_ >= enough &&
          SeesKnownGround(map_, context_.config.covisibility_min_shared);
@@ -299,7 +297,6 @@ bool Mapper::GlobalBaDue() const {
 
 std::optional<LocalBaJob> Mapper::BuildGlobalJob() {
   inserted_since_global_ = 0;
-  global_unfinished_ = false;
   return CutWholeMap(map_, context_);
 }
 
@@ -313,8 +310,6 @@ std::optional<MapUpdate> Mapper::ApplyGlobal(const LocalBaResult& result) {
     return std::nullopt;
   }
   TakeOver(result);
-  global_jobs_ = result.converged ? 0 : (global_jobs_ + 1) % kMostGlobalJobs;
-  global_unfinished_ = global_jobs_ > 0;
   ++counters_.global_ba_applied;
   MapUpdate update = Commit();
   poses_moved_revision_ = update.revision;

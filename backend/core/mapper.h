@@ -88,8 +88,7 @@ class Mapper {
   // True when a good part of the map came in since the last global job, and the newest keyframe
   // sees what was mapped long before it: there the map holds itself, and what was driven again
   // makes it better. (A chain that is still open has nothing to gain: docs/adr/0015.) A map to go
-  // on with counts as new: its last global job may have died with the process. Also true when the
-  // last job has not converged, up to three jobs in a row.
+  // on with counts as new: its last global job may have died with the process.
   bool GlobalBaDue() const;
   // The whole map; its result goes to ApplyGlobal.
   std::optional<LocalBaJob> BuildGlobalJob();
@@ -123,8 +122,6 @@ class Mapper {
   LoopCloser loops_;
   MapperCounters counters_;
   int64_t inserted_since_global_;     // keyframes
-  int global_jobs_ = 0;               // in a row, none of which has converged
-  bool global_unfinished_ = false;    // by the last of them, and no other was cut since
   int64_t poses_moved_revision_ = 0;  // the last one in which keyframes moved
   int64_t loop_revision_ = 0;         // the last one in which a loop was closed
 

@@ -13,11 +13,7 @@ namespace {
 
 constexpr int kTemporalAlways = 5;      // predecessors in time that belong to every window
 constexpr int kTemporalWhileWeak = 60;  // and at most so many while vision binds them weakly
-// Of global BA, per pass: a second or two for 300 keyframes. What has not converged then is known
-// to the map at least, and goes on from there (Mapper::GlobalBaDue).
-constexpr int kGlobalIterations = 8;
-// Wider, its first steps would put some landmark behind a camera and be refused (4 of 20 measured).
-constexpr double kGlobalTrustRadius = 10;
+constexpr int kGlobalIterations = 20;   // of global BA, per pass
 // Of global BA: ten thousands of sightings outweigh a lap's dead reckoning in the cost, which still
 // moves the map where they have converged to 1e-4.
 constexpr double kGlobalTolerance = 1e-6;
@@ -174,7 +170,6 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
   job.camera = context.camera;
   job.iterations = kGlobalIterations;
   job.function_tolerance = kGlobalTolerance;
-  job.trust_radius = kGlobalTrustRadius;
   Index index;
   for (const auto& [id, keyframe] : map.keyframes()) {
     index[id] = static_cast<int32_t>(job.keyframes.size());

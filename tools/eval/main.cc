@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "common/core/exit_code.h"
@@ -18,7 +19,7 @@ struct Arguments {
   std::string est;
   std::string keyframes;
   std::string frames;
-  std::string span = ":";
+  std::string span;
   int64_t images = 0;
   std::string json;
   std::string plot;
@@ -28,13 +29,10 @@ struct Arguments {
   EvalOptions options;
 };
 
-// What lies in the span.
-Trajectory Cut(const Trajectory& trajectory, Utime begin, const tools::Span& span) {
-  Trajectory out;
-  for (const TimedPose& pose : trajectory) {
-    if (span.Contains(pose.utime - begin)) out.push_back(pose);
-  }
-  return out;
+// Leaves what lies in the span.
+void Cut(Utime begin, const tools::Span& span, Trajectory* trajectory) {
+  std::erase_if(*trajectory,
+                [&](const TimedPose& pose) { return !span.Contains(pose.utime - begin); });
 }
 
 // Fills coverage from --frames or --images.
@@ -59,15 +57,21 @@ Result<Done> MeasureCoverage(const Arguments& args, const Trajectory& est, EvalR
 }
 
 Result<Done> Run(const Arguments& args) {
-  const auto span = tools::ParseSpan("--span", args.span);
-  if (!span) return span.error();
+  std::optional<tools::Span> span;
+  if (!args.span.empty()) {
+    const auto parsed = tools::ParseSpan("--span", args.span);
+    if (!parsed) return parsed.error();
+    span = parsed->span;
+  }
   auto ref = ReadReference(args.ref);
   if (!ref) return ref.error();
   auto est = ReadTum(args.est);
   if (!est) return est.error();
   const Utime begin = ref->empty() ? Utime() : ref->front().utime;
-  *ref = Cut(*ref, begin, span->span);
-  *est = Cut(*est, begin, span->span);
+  if (span) {
+    Cut(begin, *span, &*ref);
+    Cut(begin, *span, &*est);
+  }
   EvalReport report;
   report.ref_name = args.ref;
   report.est_name = args.est;
@@ -78,7 +82,7 @@ Result<Done> Run(const Arguments& args) {
   if (!args.keyframes.empty()) {
     auto keyframes = ReadTum(args.keyframes);
     if (!keyframes) return keyframes.error();
-    *keyframes = Cut(*keyframes, begin, span->span);
+    if (span) Cut(begin, *span, &*keyframes);
     auto evaluation = Evaluate(*ref, *keyframes, args.options);
     if (!evaluation) {
       return Error{evaluation.error().code, args.keyframes + ": " + evaluation.error().message};

@@ -261,24 +261,6 @@ TEST(LoopCloser, GlobalBaIsDueOnKnownGroundUntilItRuns) {
   EXPECT_TRUE(drive.mapper.GlobalBaDue());
 }
 
-TEST(LoopCloser, GlobalBaGoesOnUntilItConvergesButNotForEver) {
-  World world(Forgetful());
-  Drive drive;
-  drive.Run(world, 0, 60);
-  LocalBaResult result;
-  result.usable = true;
-  for (int job = 1; job <= 3; ++job) {
-    result.revision = drive.mapper.BuildGlobalJob()->revision;
-    EXPECT_FALSE(drive.mapper.GlobalBaDue()) << "one is at work";
-    ASSERT_TRUE(drive.mapper.ApplyGlobal(result));
-    EXPECT_EQ(drive.mapper.GlobalBaDue(), job < 3) << job;
-  }
-  result.revision = drive.mapper.BuildGlobalJob()->revision;
-  result.converged = true;
-  ASSERT_TRUE(drive.mapper.ApplyGlobal(result));
-  EXPECT_FALSE(drive.mapper.GlobalBaDue());
-}
-
 TEST(LoopCloser, VariantLbaHasNoDrEdgesInGlobalBa) {
   World world(Forgetful());
   FrontendConfig frontend;

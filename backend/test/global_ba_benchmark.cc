@@ -44,7 +44,7 @@ void BM_SolveGlobalBa(benchmark::State& state) {
     mapper.Insert(world.Make(k, mapper.map()));
   }
   LocalBaJob job = *mapper.BuildGlobalJob();
-  job.iterations = 50;  // until it converges; the back-end does so in several jobs
+  job.iterations = 50;  // until it converges
   LocalBaResult result;
   const double before_mb = StatusMb("VmRSS");
   std::ofstream("/proc/self/clear_refs") << 5;  // the peak counts from here

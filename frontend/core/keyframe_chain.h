@@ -23,8 +23,8 @@ class KeyframeChain {
   bool WantsNext(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                  int num_mapped) const;
 
-  // Makes it of the newest image. report: of this image, with a final pose otherwise told by T_WC
-  // and cov_T_WC (right perturbation). Features that show no landmark, but have a depth, show new
+  // Makes it of the newest image. report: of this image, for its quality; the pose is T_WC, with
+  // cov_T_WC (right perturbation). Features that show no landmark, but have a depth, show new
   // ones: LandmarkId::From(keyframe, feature).
   struct Source {
     const FeatureFrame& frame;

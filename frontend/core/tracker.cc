@@ -426,7 +426,6 @@ void Tracker::Impl::ConsiderPlace(const FeatureFrame& frame, const PlaceEvidence
 
 bool Tracker::Impl::Push(const MapUpdate& update) {
   const auto T_WK_before = map_.KeyframePose(reference_);
-  const SE3 T_WC_before = T_WC_;
   if (!map_.Apply(update)) return false;
   if (update.snapshot) {
     map_known_ = true;
@@ -436,6 +435,7 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
 
   // The pose follows the keyframe it is expressed in.
   if (T_WK_before) {
+    const SE3 T_WC_before = T_WC_;
     SE3 T_KC = T_WK_before->inverse() * T_WC_;
     for (const KeyframeRemoval& removal : update.removed_keyframes) {
       if (removal.id == reference_) {

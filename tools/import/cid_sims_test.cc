@@ -133,11 +133,7 @@ TEST(CidSims, MeaningOfTheImuMatrixCanBeForced) {
 }
 
 TEST(CidSims, BadFoldersAreRefusedWithFileAndLine) {
-  const struct {
-    const char* file;
-    const char* text;
-    std::vector<std::string> message;
-  } cases[] = {
+  const std::vector<BadFile> cases = {
       {"associations.txt", "1 color/a.png\n", {"associations.txt:1: "}},
       {"associations.txt", "1 color/x.png 1 depth/a.png\n", {"associations.txt:1: ", "x.png"}},
       {"imu.txt", "1 2 3\n", {"imu.txt:1: "}},
@@ -145,15 +141,9 @@ TEST(CidSims, BadFoldersAreRefusedWithFileAndLine) {
       {"pose.txt", "1 2 3\n", {"pose.txt:1: "}},
       {"calibration.yaml", "cam_k: [1, 2, 3]\n", {"calibration.yaml:1: cam_k"}},
   };
-  for (const auto& c : cases) {
-    const TestFolder folder;
-    WriteCidSims(folder);
-    folder.Write(c.file, c.text);
-    SCOPED_TRACE(std::string(c.file) + ": " + c.text);
-    const auto recording = ReadCidSims(folder.path(), Low());
-    ASSERT_FALSE(recording);
-    for (const auto& part : c.message) EXPECT_THAT(recording.error().message, HasSubstr(part));
-  }
+  ExpectRefused(
+      cases, [](const TestFolder& folder) { WriteCidSims(folder); },
+      [](const auto& path) { return ReadCidSims(path, Low()); });
   const TestFolder folder;
   WriteCidSims(folder);
   ExpectError(ReadCidSims(folder.path(), {}), ErrorCode::kInvalidArgument, {"--mount high|low"});

@@ -99,11 +99,7 @@ TEST(Euroc, WheelPosesBecomeIncrements) {
 }
 
 TEST(Euroc, BadFoldersAreRefusedWithFileAndLine) {
-  const struct {
-    const char* file;
-    std::string text;
-    std::vector<std::string> message;
-  } cases[] = {
+  const std::vector<BadFile> cases = {
       {"mav0/cam0/data.csv", "12.5,a.png\n", {"cam0/data.csv:1: ", "nanoseconds"}},
       {"mav0/cam0/data.csv", "#\n12\n", {"cam0/data.csv:2: the file name"}},
       {"mav0/cam1/data.csv", "12,a.png\n", {"no stamp equals"}},
@@ -114,15 +110,7 @@ TEST(Euroc, BadFoldersAreRefusedWithFileAndLine) {
       {"mav0/state_groundtruth_estimate0/data.csv", "1,1,2,3,0,0,0,0\n", {"data.csv:1: ", "norm"}},
       {"mav0/odom0/data.csv", "1,2\n", {"odom0/data.csv:1: "}},
   };
-  for (const auto& c : cases) {
-    const TestFolder folder;
-    WriteEuroc(folder);
-    folder.Write(c.file, c.text);
-    SCOPED_TRACE(std::string(c.file) + ": " + c.text);
-    const auto recording = ReadEuroc(folder.path(), {});
-    ASSERT_FALSE(recording);
-    for (const auto& part : c.message) EXPECT_THAT(recording.error().message, HasSubstr(part));
-  }
+  ExpectRefused(cases, WriteEuroc, [](const auto& path) { return ReadEuroc(path, {}); });
   const TestFolder folder;
   ExpectError(ReadEuroc(folder.path(), {}), ErrorCode::kNotFound, {"mav0"});
   WriteEuroc(folder);

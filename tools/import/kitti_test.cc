@@ -1,14 +1,12 @@
 // The KITTI importer on a small folder made here, and every way in which the folder can be wrong.
 #include "tools/import/kitti.h"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 #include "tools/import/test_folder.h"
 
 namespace gw::importer {
 namespace {
-
-using testing::HasSubstr;
 
 void WriteKitti(const TestFolder& folder) {
   folder.Write("calib.txt",
@@ -51,11 +49,7 @@ TEST(Kitti, GroundTruthIsInTheFirstBodyFrame) {
 }
 
 TEST(Kitti, BadFoldersAreRefusedWithFileAndLine) {
-  const struct {
-    const char* file;
-    const char* text;
-    std::vector<std::string> message;
-  } cases[] = {
+  const std::vector<BadFile> cases = {
       {"calib.txt", "P0: 700 0 40 0 0 700 32 0 0 0 1 0\n", {"calib.txt: P0 or P1 is missing"}},
       {"calib.txt", "P0: 700 0 40\n", {"calib.txt:1: "}},
       {"calib.txt", "P0: 0 0 40 0 0 700 32 0 0 0 1 0\n", {"calib.txt:1: ", "focal"}},
@@ -67,15 +61,7 @@ TEST(Kitti, BadFoldersAreRefusedWithFileAndLine) {
       {"poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n", {"poses.txt: holds 1 poses"}},
       {"poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n2 0 0 1 0 1 0 0 0 0 1 2\n", {"poses.txt:2: "}},
   };
-  for (const auto& c : cases) {
-    const TestFolder folder;
-    WriteKitti(folder);
-    folder.Write(c.file, c.text);
-    SCOPED_TRACE(std::string(c.file) + ": " + c.text);
-    const auto recording = ReadKitti(folder.path(), {});
-    ASSERT_FALSE(recording);
-    for (const auto& part : c.message) EXPECT_THAT(recording.error().message, HasSubstr(part));
-  }
+  ExpectRefused(cases, WriteKitti, [](const auto& path) { return ReadKitti(path, {}); });
 }
 
 }  // namespace

@@ -91,11 +91,7 @@ TEST(OpenLoris, OdometryAndGroundTruthAloneMakeARecording) {
 }
 
 TEST(OpenLoris, BadFoldersAreRefusedWithFileAndLine) {
-  const struct {
-    const char* file;
-    const char* text;
-    std::vector<std::string> message;
-  } cases[] = {
+  const std::vector<BadFile> cases = {
       {"odom.txt", "1 2\n", {"odom.txt:1: "}},
       {"color.txt", "1\n", {"color.txt:1: "}},
       {"aligned_depth.txt", "9 a.png\n", {"within 20 ms"}},
@@ -108,15 +104,7 @@ TEST(OpenLoris, BadFoldersAreRefusedWithFileAndLine) {
        {"no chain of frames leads from base_link to d400_color_optical_frame"}},
       {"d400_gyroscope.txt", "1 2 3\n", {"d400_gyroscope.txt:1: "}},
   };
-  for (const auto& c : cases) {
-    const TestFolder folder;
-    WriteOpenLoris(folder);
-    folder.Write(c.file, c.text);
-    SCOPED_TRACE(std::string(c.file) + ": " + c.text);
-    const auto recording = ReadOpenLoris(folder.path(), {});
-    ASSERT_FALSE(recording);
-    for (const auto& part : c.message) EXPECT_THAT(recording.error().message, HasSubstr(part));
-  }
+  ExpectRefused(cases, WriteOpenLoris, [](const auto& path) { return ReadOpenLoris(path, {}); });
   const TestFolder folder;
   ExpectError(ReadOpenLoris(folder.path(), {}), ErrorCode::kNotFound, {"odom.txt"});
 }

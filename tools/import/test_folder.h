@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -77,6 +78,28 @@ inline void ExpectError(const Result<Recording>& result, ErrorCode code,
   EXPECT_EQ(result.error().code, code) << result.error().message;
   for (const std::string& part : parts) {
     EXPECT_THAT(result.error().message, testing::HasSubstr(part));
+  }
+}
+
+// Bad text for one file of a good folder, and what the refusal must say.
+struct BadFile {
+  const char* file;
+  std::string text;
+  std::vector<std::string> message;
+};
+
+// write(folder) makes the good folder, read(path) imports it. code: where all refusals have one.
+template <typename Write, typename Read>
+void ExpectRefused(const std::vector<BadFile>& cases, Write write, Read read,
+                   std::optional<ErrorCode> code = std::nullopt) {
+  for (const BadFile& c : cases) {
+    const TestFolder folder;
+    write(folder);
+    folder.Write(c.file, c.text);
+    SCOPED_TRACE(std::string(c.file) + ": " + c.text);
+    const Result<Recording> recording = read(folder.path());
+    ASSERT_FALSE(recording);
+    ExpectError(recording, code.value_or(recording.error().code), c.message);
   }
 }
 

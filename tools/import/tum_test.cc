@@ -110,30 +110,17 @@ TEST(Tum, MissingFilesAreNamedOrSkipped) {
 }
 
 TEST(Tum, BadFoldersAreRefusedWithFileAndLine) {
-  const struct {
-    const char* file;
-    const char* text;
-    ErrorCode code;
-    std::vector<std::string> message;
-  } cases[] = {
-      {"rgb.txt", "", ErrorCode::kBadData, {"rgb.txt: holds no record"}},
-      {"rgb.txt", "10.0\n", ErrorCode::kBadData, {"rgb.txt:1: the file name is missing"}},
-      {"rgb.txt", "#\nx rgb/a.png\n", ErrorCode::kBadData, {"rgb.txt:2: 'x'"}},
-      {"depth.txt", "20.0 depth/a.png\n", ErrorCode::kBadData, {"within 20 ms"}},
-      {"groundtruth.txt", "1 2 3\n", ErrorCode::kBadData, {"groundtruth.txt:1: ", "fields"}},
-      {"groundtruth.txt",
-       "1 2 3 4 0 0 0 0\n",
-       ErrorCode::kBadData,
-       {"groundtruth.txt:1: ", "norm"}},
-      {"groundtruth.txt", "1 2 3 4 0 0 0 inf\n", ErrorCode::kBadData, {"groundtruth.txt:1: "}},
+  const std::vector<BadFile> cases = {
+      {"rgb.txt", "", {"rgb.txt: holds no record"}},
+      {"rgb.txt", "10.0\n", {"rgb.txt:1: the file name is missing"}},
+      {"rgb.txt", "#\nx rgb/a.png\n", {"rgb.txt:2: 'x'"}},
+      {"depth.txt", "20.0 depth/a.png\n", {"within 20 ms"}},
+      {"groundtruth.txt", "1 2 3\n", {"groundtruth.txt:1: ", "fields"}},
+      {"groundtruth.txt", "1 2 3 4 0 0 0 0\n", {"groundtruth.txt:1: ", "norm"}},
+      {"groundtruth.txt", "1 2 3 4 0 0 0 inf\n", {"groundtruth.txt:1: "}},
   };
-  for (const auto& c : cases) {
-    const TestFolder folder;
-    WriteTum(folder);
-    folder.Write(c.file, c.text);
-    SCOPED_TRACE(std::string(c.file) + ": " + c.text);
-    ExpectError(ReadTum(folder.path(), {}), c.code, c.message);
-  }
+  ExpectRefused(
+      cases, WriteTum, [](const auto& path) { return ReadTum(path, {}); }, ErrorCode::kBadData);
   const TestFolder folder;
   ExpectError(ReadTum(folder.path(), {}), ErrorCode::kNotFound, {"rgb.txt: not there"});
   WriteTum(folder);

@@ -8,8 +8,10 @@
 #include <cmath>
 #include <deque>
 #include <optional>
+#include <utility>
 
 #include "backend/core/ceres_blocks.h"
+#include "backend/core/landmark_fit.h"
 
 namespace gw::backend {
 namespace {
@@ -17,6 +19,14 @@ namespace {
 // When fewer than this share of the sightings turned out to be outliers after the first pass, their
 // Huber-bounded pull is too small to be worth a second one; they leave the map all the same.
 constexpr double kNegligibleOutliers = 0.005;
+
+// Of a job whose landmarks settle first. A landmark with a larger share of its distance as standard
+// deviation sits out: a step of three sigmas takes it behind a camera, and the solver, which has
+// one step length for all, then shortens that of the whole map a thousandfold.
+constexpr double kTooVague = 1.0 / 3;
+// Where every landmark sits in its own minimum, whole Gauss-Newton steps are good; shorter ones
+// hold back the soft bends of the map, which are all that is left to mend.
+constexpr double kWholeSteps = 1e8;  // trust region radius
 
 // What of a sighting counts.
 enum class Use : uint8_t { kNothing, kPixel, kPixelAndDepth };
@@ -49,6 +59,29 @@ void Classify(const LocalBaJob& job, bool gate, State& state) {
     if (gate && !fit.pixel_ok()) continue;
     const bool depth = s.pixel.has_depth && (!gate || fit.depth_ok());
     state.use[i] = depth ? Use::kPixelAndDepth : Use::kPixel;
+  }
+}
+
+// Puts every landmark where its sightings fit best by themselves, poses as they are. With
+// `leave_out`, those that are too vague there count no more.
+void SettleLandmarks(const LocalBaJob& job, bool leave_out, State& state) {
+  const std::vector<SE3> T_CW = InversePoses(state);
+  std::vector<LandmarkSighting> sightings;
+  size_t end = 0;
+  for (size_t l = 0; l < state.points.size(); ++l) {
+    const size_t begin = end;
+    sightings.clear();
+    for (; end < job.sightings.size() && std::cmp_equal(job.sightings[end].landmark, l); ++end) {
+      if (state.use[end] == Use::kNothing) continue;
+      const auto& s = job.sightings[end];
+      sightings.push_back({T_CW[s.keyframe], s.pixel});
+      if (state.use[end] == Use::kPixel) sightings.back().pixel.has_depth = false;
+    }
+    const LandmarkFit fit = FitLandmark(job.camera, sightings, state.points[l]);
+    state.points[l] = fit.p_W;
+    if (!leave_out || fit.vagueness <= kTooVague) continue;
+    std::fill(state.use.begin() + static_cast<std::ptrdiff_t>(begin),
+              state.use.begin() + static_cast<std::ptrdiff_t>(end), Use::kNothing);
   }
 }
 
@@ -131,6 +164,7 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   options.num_threads = 1;
   options.max_num_iterations = job.iterations;
   options.function_tolerance = job.function_tolerance;
+  if (job.settle_landmarks) options.initial_trust_region_radius = kWholeSteps;
   options.logging_type = ceres::SILENT;
   StopWhenAsked stop_when_asked(stop);
   if (stop != nullptr) options.callbacks.push_back(&stop_when_asked);
@@ -176,7 +210,12 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop)
 
   const PoseManifold manifold;
   Classify(job, /*gate=*/false, state);
+  if (job.settle_landmarks) SettleLandmarks(job, /*leave_out=*/true, state);
   if (!SolvePass(job, manifold, stop, state, result)) return result;
+  if (job.settle_landmarks) {
+    Classify(job, /*gate=*/false, state);
+    SettleLandmarks(job, /*leave_out=*/false, state);  // those that sat out follow
+  }
   Classify(job, /*gate=*/true, state);
   const auto outliers = std::count(state.use.begin(), state.use.end(), Use::kNothing);
   if (static_cast<double>(outliers) > kNegligibleOutliers * static_cast<double>(state.use.size())) {

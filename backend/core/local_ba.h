@@ -49,6 +49,7 @@ struct LocalBaJob {
   RectifiedCamera camera;
   int iterations = 10;                   // per pass
   double function_tolerance = 1e-4;      // relative change of the cost at which a pass ends early
+  bool settle_landmarks = false;         // each landmark by itself before all move together
   std::vector<KeyframeState> keyframes;  // sorted by id; at least one is fixed
   std::vector<LandmarkState> landmarks;  // sorted by id; each has at least two sightings
   std::vector<Sighting> sightings;       // sorted by landmark, then keyframe

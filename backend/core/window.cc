@@ -170,6 +170,7 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
   job.camera = context.camera;
   job.iterations = kGlobalIterations;
   job.function_tolerance = kGlobalTolerance;
+  job.settle_landmarks = true;
   Index index;
   for (const auto& [id, keyframe] : map.keyframes()) {
     index[id] = static_cast<int32_t>(job.keyframes.size());

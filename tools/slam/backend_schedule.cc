@@ -5,9 +5,9 @@
 namespace gw::tools {
 namespace {
 
-// Log time that a global BA of 20 iterations takes: measured 14 to 28 us of CPU time (300
-// keyframes, docs/results.md); live it shares its cores.
-constexpr int64_t kGlobalUsPerSighting = 40;
+// Log time that a global BA takes: measured 5 us of CPU time (300 keyframes, docs/results.md); live
+// it shares its cores.
+constexpr int64_t kGlobalUsPerSighting = 10;
 
 }  // namespace
 

@@ -174,6 +174,18 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   return summary.IsSolutionUsable();
 }
 
+// The same with all that belongs to a pass; `gate` as in Classify.
+bool Adjust(const LocalBaJob& job, const ceres::Manifold& manifold, const std::atomic<bool>* stop,
+            bool gate, State& state, LocalBaResult& result) {
+  Classify(job, gate, state);
+  if (!job.settle_landmarks) return SolvePass(job, manifold, stop, state, result);
+  SettleLandmarks(job, /*leave_out=*/true, state);
+  if (!SolvePass(job, manifold, stop, state, result)) return false;
+  Classify(job, gate, state);
+  SettleLandmarks(job, /*leave_out=*/false, state);  // those that sat out follow
+  return true;
+}
+
 // Robust cost of what counts of the sightings, and of the DR edges.
 double Cost(const LocalBaJob& job, const State& state) {
   double cost = 0;
@@ -209,17 +221,11 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop)
   const State start = state;
 
   const PoseManifold manifold;
-  Classify(job, /*gate=*/false, state);
-  if (job.settle_landmarks) SettleLandmarks(job, /*leave_out=*/true, state);
-  if (!SolvePass(job, manifold, stop, state, result)) return result;
-  if (job.settle_landmarks) {
-    Classify(job, /*gate=*/false, state);
-    SettleLandmarks(job, /*leave_out=*/false, state);  // those that sat out follow
-  }
+  if (!Adjust(job, manifold, stop, /*gate=*/false, state, result)) return result;
   Classify(job, /*gate=*/true, state);
   const auto outliers = std::count(state.use.begin(), state.use.end(), Use::kNothing);
   if (static_cast<double>(outliers) > kNegligibleOutliers * static_cast<double>(state.use.size())) {
-    if (!SolvePass(job, manifold, stop, state, result)) return result;
+    if (!Adjust(job, manifold, stop, /*gate=*/true, state, result)) return result;
     Classify(job, /*gate=*/true, state);
   }
 

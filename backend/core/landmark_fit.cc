@@ -10,8 +10,8 @@ namespace gw::backend {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kIterations = 10;
-constexpr double kConverged = 1e-3;  // relative change of the cost
+constexpr int kIterations = 50;
+constexpr double kConverged = 1e-6;  // relative change of the cost
 constexpr double kFirstDamping = 1e-4, kLeastDamping = 1e-6, kMostDamping = 1e3;
 
 struct NormalEquations {

@@ -1,6 +1,9 @@
 #include "backend/core/ceres_blocks.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "common/vision/huber.h"
 
 namespace gw::backend {
 namespace {

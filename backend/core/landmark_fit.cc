@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/vision/huber.h"
+
 namespace gw::backend {
 namespace {
 

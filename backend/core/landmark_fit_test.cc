@@ -18,12 +18,8 @@ std::vector<LandmarkSighting> Sightings(const Eigen::Vector3d& p_W, int n, doubl
   for (int i = 0; i < n; ++i) {
     const SE3 T_CW(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-step_m * i, 0, 0));
     const Eigen::Vector3d p_C = T_CW * p_W;
-    PixelMeasurement pixel;
-    pixel.u = camera.fx * p_C.x() / p_C.z() + camera.cx;
-    pixel.v = camera.fy * p_C.y() / p_C.z() + camera.cy;
-    pixel.u_right = pixel.u - camera.bf() / p_C.z();
-    pixel.has_depth = depth;
-    out.push_back({T_CW, pixel});
+    const Eigen::Vector2d uv = camera.Project(p_C);
+    out.push_back({T_CW, {uv.x(), uv.y(), uv.x() - camera.bf() / p_C.z(), depth}});
   }
   return out;
 }

@@ -12,6 +12,7 @@
 
 #include "backend/core/ceres_blocks.h"
 #include "backend/core/landmark_fit.h"
+#include "common/vision/huber.h"
 
 namespace gw::backend {
 namespace {

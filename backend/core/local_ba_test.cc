@@ -189,11 +189,10 @@ TEST(LocalBa, SameJobGivesTheSameBytes) {
 void AddVagueLandmark(const World& world, LocalBaJob& job) {
   const Eigen::Vector3d p_W = world.TrueT_WC(3) * Eigen::Vector3d(0.1, 0.1, 5);
   for (const int k : {3, 4}) {
-    const Eigen::Vector3d p_C = world.TrueT_WC(k).inverse() * p_W;
-    PixelMeasurement pixel;
-    pixel.u = job.camera.fx * p_C.x() / p_C.z() + job.camera.cx + (k == 4 ? 8 : 0);
-    pixel.v = job.camera.fy * p_C.y() / p_C.z() + job.camera.cy;
-    job.sightings.push_back({k, static_cast<int32_t>(job.landmarks.size()), pixel});
+    const Eigen::Vector2d uv = job.camera.Project(world.TrueT_WC(k).inverse() * p_W);
+    const double wrong_px = k == 4 ? 8 : 0;
+    job.sightings.push_back(
+        {k, static_cast<int32_t>(job.landmarks.size()), {uv.x() + wrong_px, uv.y()}});
   }
   job.landmarks.push_back({{1'000'000}, p_W});
 }

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 
 #include "common/camera/camera_model.h"
 #include "common/core/se3.h"
@@ -66,16 +65,6 @@ inline SightingFit FitOf(const RectifiedCamera& camera, const PixelMeasurement& 
                          const Eigen::Vector3d& p_C) {
   const Eigen::Vector3d r = ReprojectionResidual(camera, m, p_C);
   return {r.head<2>().squaredNorm(), r[2] * r[2]};
-}
-
-// Huber's cost of a squared residual; delta2: square of the radius within which it is quadratic.
-inline double HuberCost(double squared, double delta2) {
-  return squared <= delta2 ? squared : 2.0 * std::sqrt(squared * delta2) - delta2;
-}
-
-// Its derivative by `squared`: what the residual counts in reweighted least squares.
-inline double HuberWeight(double squared, double delta2) {
-  return squared <= delta2 ? 1.0 : std::sqrt(delta2 / squared);
 }
 
 }  // namespace gw::backend

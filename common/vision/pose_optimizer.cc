@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "common/vision/huber.h"
+
 namespace gw {
 namespace {
 
@@ -24,13 +26,8 @@ template <typename JacobianRows, typename ResidualRows>
 void AddRows(const JacobianRows& J, const ResidualRows& e, double w, double limit, bool robust,
              NormalEquations* out) {
   const double chi2 = w * e.squaredNorm();
-  double weight = w;
-  if (robust && chi2 > limit) {
-    weight *= std::sqrt(limit / chi2);
-    out->cost += 2.0 * std::sqrt(limit * chi2) - limit;
-  } else {
-    out->cost += chi2;
-  }
+  const double weight = robust ? w * HuberWeight(chi2, limit) : w;
+  out->cost += robust ? HuberCost(chi2, limit) : chi2;
   for (int r = 0; r < J.rows(); ++r) {
     const Vector6d j = J.row(r).transpose();
     out->H.template selfadjointView<Eigen::Lower>().rankUpdate(j, weight);

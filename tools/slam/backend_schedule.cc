@@ -5,8 +5,8 @@
 namespace gw::tools {
 namespace {
 
-// Log time that a global BA takes: measured 5 us of CPU time (300 keyframes, docs/results.md); live
-// it shares its cores.
+// Log time that a global BA takes: measured 6 to 7 us of CPU time (300 keyframes, docs/results.md);
+// live it shares its cores.
 constexpr int64_t kGlobalUsPerSighting = 10;
 
 }  // namespace

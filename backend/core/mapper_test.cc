@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "backend/core/dr_edge.h"
+#include "backend/core/bundle/dr_edge.h"
 #include "backend/test/world.h"
 
 namespace gw::backend {

@@ -2,7 +2,7 @@
 // number, otherwise measured on the recordings named in docs/results.md.
 #pragma once
 
-#include "common/config/fields.h"
+#include "common/core/fields.h"
 
 namespace gw {
 

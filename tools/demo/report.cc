@@ -10,7 +10,7 @@
 
 #include "common/core/format.h"
 #include "common/core/version.h"
-#include "frontend/core/orb_extractor.h"
+#include "frontend/core/features/orb_extractor.h"
 #include "tools/demo/base64.h"
 #include "tools/demo/charts.h"
 #include "tools/slam/slam_output.h"

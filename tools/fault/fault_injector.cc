@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/fault/image_faults.h"
 #include "tools/fault/motion_faults.h"
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/log/safe_log_writer.h"
 
 namespace gw::tools {

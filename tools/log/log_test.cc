@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/log/cut.h"
 #include "tools/log/inspect.h"
 #include "tools/log/json_text.h"

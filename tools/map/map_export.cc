@@ -4,7 +4,7 @@
 #include <cinttypes>
 #include <map>
 
-#include "backend/core/dr_edge.h"
+#include "backend/core/bundle/dr_edge.h"
 #include "tools/files/format.h"
 
 namespace gw::tools {

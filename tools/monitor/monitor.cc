@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <set>
 
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/files/format.h"
 #include "tools/files/text_file.h"
 

@@ -16,7 +16,7 @@
 #include "common/process/bus.h"
 #include "common/process/clock.h"
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/floorplan/floor_map.h"
 #include "tools/floorplan/planner.h"
 #include "tools/sim/scenario.h"

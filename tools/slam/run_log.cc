@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 
 namespace gw::tools {
 

@@ -1,8 +1,8 @@
 // Where in the map was an image taken, without any hint?
 #pragma once
 
-#include "backend/core/map.h"
-#include "backend/core/mapping_context.h"
+#include "backend/core/map/map.h"
+#include "backend/core/mapping/mapping_context.h"
 #include "backend/core/place/place_index.h"
 #include "common/contract/place.h"
 

@@ -6,10 +6,10 @@
 #include <map>
 #include <set>
 
-#include "backend/core/dr_edge.h"
-#include "backend/core/dr_weights.h"
-#include "backend/core/fusion.h"
-#include "backend/core/landmark_state.h"
+#include "backend/core/bundle/dr_edge.h"
+#include "backend/core/bundle/dr_weights.h"
+#include "backend/core/mapping/fusion.h"
+#include "backend/core/mapping/landmark_state.h"
 
 namespace gw::backend {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <set>
 
-#include "backend/core/dr_edge.h"
+#include "backend/core/bundle/dr_edge.h"
 
 namespace gw::backend {
 namespace {

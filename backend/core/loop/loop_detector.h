@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "backend/core/loop/place_fit.h"
-#include "backend/core/map.h"
-#include "backend/core/mapping_context.h"
+#include "backend/core/map/map.h"
+#include "backend/core/mapping/mapping_context.h"
 #include "backend/core/place/place_index.h"
 
 namespace gw::backend {

@@ -5,9 +5,9 @@
 #include <array>
 #include <map>
 
-#include "backend/core/matching.h"
-#include "backend/core/seen_landmarks.h"
-#include "common/contract/nearest_two.h"
+#include "backend/core/map/seen_landmarks.h"
+#include "backend/core/mapping/matching.h"
+#include "common/vision/nearest_two.h"
 #include "common/vision/pose_optimizer.h"
 #include "common/vision/pose_ransac.h"
 

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "backend/core/map.h"
-#include "backend/core/mapping_context.h"
+#include "backend/core/map/map.h"
+#include "backend/core/mapping/mapping_context.h"
 
 namespace gw::backend {
 

@@ -52,7 +52,7 @@ Result<Mapper> Mapper::Create(const BackendConfig& config, const FrontendConfig&
     return Error{ErrorCode::kBadConfig,
                  "frontend.dr_weight: alpha_min must be > 0 and alpha_max >= alpha_min"};
   }
-  return Mapper(MappingContext::Make(config, frontend, camera), std::move(map), use);
+  return Mapper(MappingContext(config, frontend, camera), std::move(map), use);
 }
 
 Mapper::Mapper(const MappingContext& context, Map map, MapUse use)

@@ -19,7 +19,7 @@
 #include "backend/core/loop/loop_closer.h"
 #include "backend/core/map/keyframe_check.h"
 #include "backend/core/map/map.h"
-#include "backend/core/mapping/mapping_context.h"
+#include "backend/core/map/mapping_context.h"
 #include "common/contract/place.h"
 #include "common/core/result.h"
 

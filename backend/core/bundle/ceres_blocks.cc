@@ -88,10 +88,10 @@ bool ReprojectionCost<kRows>::Evaluate(double const* const* parameters, double* 
                                       Eigen::Map<const Eigen::Vector3d>(x + 4));
   if (!(p_C.z() > kMinProjectionDepth)) return false;
   Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
-  r = ReprojectionResidual(*camera_, measurement_, p_C).template head<kRows>();
+  r = ReprojectionResidual(*camera_, observation_, p_C).template head<kRows>();
   Eigen::Matrix<double, kRows, 3> J;
   const bool derive = jacobians != nullptr;
-  if (derive) J = ReprojectionJacobian(*camera_, measurement_, p_C).template topRows<kRows>();
+  if (derive) J = ReprojectionJacobian(*camera_, observation_, p_C).template topRows<kRows>();
   Robustify<2>(kChi2Pixel, 0, r, derive ? &J : nullptr);
   if constexpr (kRows == 3) Robustify<1>(kChi2Depth, 2, r, derive ? &J : nullptr);
   if (!derive) return true;

@@ -11,9 +11,9 @@
 #include <Eigen/Geometry>
 #include <array>
 
-#include "backend/core/bundle/dr_edge.h"
-#include "backend/core/bundle/reprojection.h"
 #include "common/core/se3.h"
+#include "common/good_weights/camera_motion.h"
+#include "common/vision/reprojection.h"
 
 namespace gw::backend {
 
@@ -43,14 +43,14 @@ template <int kRows>
 class ReprojectionCost final : public ceres::SizedCostFunction<kRows, 7, 3> {
  public:
   // The camera must outlive the cost.
-  ReprojectionCost(const RectifiedCamera* camera, const PixelMeasurement& measurement)
-      : camera_(camera), measurement_(measurement) {}
+  ReprojectionCost(const RectifiedCamera* camera, const PixelObservation& observation)
+      : camera_(camera), observation_(observation) {}
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   const RectifiedCamera* camera_;
-  PixelMeasurement measurement_;
+  PixelObservation observation_;
 };
 
 // Blocks: T_WCa, T_WCb. Residual: sqrt_information * Log(inv(T_CaCb) * inv(T_WCa) * T_WCb).

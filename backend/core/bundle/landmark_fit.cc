@@ -24,17 +24,18 @@ struct NormalEquations {
 };
 
 NormalEquations Linearize(const RectifiedCamera& camera,
-                          std::span<const LandmarkSighting> sightings, const Eigen::Vector3d& p_W) {
+                          std::span<const PosedObservation> observations,
+                          const Eigen::Vector3d& p_W) {
   NormalEquations out;
-  for (const LandmarkSighting& s : sightings) {
-    const Eigen::Vector3d p_C = s.T_CW * p_W;
+  for (const PosedObservation& o : observations) {
+    const Eigen::Vector3d p_C = o.T_CW * p_W;
     if (!(p_C.z() > kMinProjectionDepth)) {
       out.cost = kInfinity;
       return out;
     }
-    const Eigen::Vector3d r = ReprojectionResidual(camera, s.pixel, p_C);
+    const Eigen::Vector3d r = ReprojectionResidual(camera, o.pixel, p_C);
     const Eigen::Matrix3d J =
-        ReprojectionJacobian(camera, s.pixel, p_C) * s.T_CW.rotation().toRotationMatrix();
+        ReprojectionJacobian(camera, o.pixel, p_C) * o.T_CW.rotation().toRotationMatrix();
     const double pixel = r.head<2>().squaredNorm();
     const double depth = r[2] * r[2];
     const double pixel_weight = HuberWeight(pixel, kChi2Pixel);
@@ -55,17 +56,18 @@ double Vagueness(const NormalEquations& at) {
 
 }  // namespace
 
-LandmarkFit FitLandmark(const RectifiedCamera& camera, std::span<const LandmarkSighting> sightings,
+LandmarkFit FitLandmark(const RectifiedCamera& camera,
+                        std::span<const PosedObservation> observations,
                         const Eigen::Vector3d& start) {
   Eigen::Vector3d p_W = start;
-  NormalEquations at = Linearize(camera, sightings, p_W);
+  NormalEquations at = Linearize(camera, observations, p_W);
   if (!std::isfinite(at.cost)) return {start, kInfinity};
   double damping = kFirstDamping;
   for (int i = 0; i < kIterations && damping < kMostDamping; ++i) {
     Eigen::Matrix3d H = at.H;
     H.diagonal() *= 1 + damping;
     const Eigen::Vector3d next_p_W = p_W - H.ldlt().solve(at.g);
-    const NormalEquations next = Linearize(camera, sightings, next_p_W);
+    const NormalEquations next = Linearize(camera, observations, next_p_W);
     if (!(next.cost < at.cost)) {
       damping *= 10;
       continue;

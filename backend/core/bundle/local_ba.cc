@@ -17,8 +17,8 @@
 namespace gw::backend {
 namespace {
 
-// When fewer than this share of the sightings turned out to be outliers after the first pass, their
-// Huber-bounded pull is too small to be worth a second one; they leave the map all the same.
+// When fewer than this share of the observations turned out to be outliers after the first pass,
+// their Huber-bounded pull is too small to be worth a second one; they leave the map all the same.
 constexpr double kNegligibleOutliers = 0.005;
 
 // Of a job whose landmarks settle first. A landmark with a larger share of its distance as standard
@@ -29,15 +29,15 @@ constexpr double kTooVague = 1.0 / 3;
 // hold back the soft bends of the map, which are all that is left to mend.
 constexpr double kWholeSteps = 1e8;  // trust region radius
 
-// What of a sighting counts.
+// What of a observation counts.
 enum class Use : uint8_t { kNothing, kPixel, kPixelAndDepth };
 
-// The variables of a solve, and what of each sighting still counts.
+// The variables of a solve, and what of each observation still counts.
 struct State {
   std::vector<PoseBlock> poses;
   std::vector<Eigen::Vector3d> points;
   Eigen::Vector2d dr_scale_error = Eigen::Vector2d::Zero();
-  std::vector<Use> use;  // one per sighting
+  std::vector<Use> use;  // one per observation
 };
 
 std::vector<SE3> InversePoses(const State& state) {
@@ -51,34 +51,35 @@ std::vector<SE3> InversePoses(const State& state) {
 // camera.
 void Classify(const LocalBaJob& job, bool gate, State& state) {
   const std::vector<SE3> T_CW = InversePoses(state);
-  for (size_t i = 0; i < job.sightings.size(); ++i) {
-    const auto& s = job.sightings[i];
+  for (size_t i = 0; i < job.observations.size(); ++i) {
+    const auto& s = job.observations[i];
     const Eigen::Vector3d p_C = T_CW[s.keyframe] * state.points[s.landmark];
     state.use[i] = Use::kNothing;
     if (!(p_C.z() > kMinProjectionDepth)) continue;
-    const SightingFit fit = FitOf(job.camera, s.pixel, p_C);
+    const ObservationFit fit = FitOf(job.camera, s.pixel, p_C);
     if (gate && !fit.pixel_ok()) continue;
     const bool depth = s.pixel.has_depth && (!gate || fit.depth_ok());
     state.use[i] = depth ? Use::kPixelAndDepth : Use::kPixel;
   }
 }
 
-// Puts every landmark where its sightings fit best by themselves, poses as they are. With
+// Puts every landmark where its observations fit best by themselves, poses as they are. With
 // `leave_out`, those that are too vague there count no more.
 void SettleLandmarks(const LocalBaJob& job, bool leave_out, State& state) {
   const std::vector<SE3> T_CW = InversePoses(state);
-  std::vector<LandmarkSighting> sightings;
+  std::vector<PosedObservation> observations;
   size_t end = 0;
   for (size_t l = 0; l < state.points.size(); ++l) {
     const size_t begin = end;
-    sightings.clear();
-    for (; end < job.sightings.size() && std::cmp_equal(job.sightings[end].landmark, l); ++end) {
+    observations.clear();
+    for (; end < job.observations.size() && std::cmp_equal(job.observations[end].landmark, l);
+         ++end) {
       if (state.use[end] == Use::kNothing) continue;
-      const auto& s = job.sightings[end];
-      sightings.push_back({T_CW[s.keyframe], s.pixel});
-      if (state.use[end] == Use::kPixel) sightings.back().pixel.has_depth = false;
+      const auto& s = job.observations[end];
+      observations.push_back({T_CW[s.keyframe], s.pixel});
+      if (state.use[end] == Use::kPixel) observations.back().pixel.has_depth = false;
     }
-    const LandmarkFit fit = FitLandmark(job.camera, sightings, state.points[l]);
+    const LandmarkFit fit = FitLandmark(job.camera, observations, state.points[l]);
     state.points[l] = fit.p_W;
     if (!leave_out || fit.vagueness <= kTooVague) continue;
     std::fill(state.use.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -97,8 +98,8 @@ class StopWhenAsked final : public ceres::IterationCallback {
   const std::atomic<bool>* stop_;
 };
 
-// One pass over the used sightings. False when the solver failed or was stopped; the state is then
-// unspecified.
+// One pass over the used observations. False when the solver failed or was stopped; the state is
+// then unspecified.
 bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
                const std::atomic<bool>* stop, State& state, LocalBaResult& result) {
   std::deque<ReprojectionCost<2>> mono;  // deques: the costs cannot be moved
@@ -120,9 +121,9 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
     if (job.keyframes[i].fixed) problem.SetParameterBlockConstant(block);
     ordering->AddElementToGroup(block, 1);
   }
-  for (size_t i = 0; i < job.sightings.size(); ++i) {
+  for (size_t i = 0; i < job.observations.size(); ++i) {
     if (state.use[i] == Use::kNothing) continue;
-    const auto& s = job.sightings[i];
+    const auto& s = job.observations[i];
     double* pose = state.poses[s.keyframe].data();
     double* point = state.points[s.landmark].data();
     if (state.use[i] == Use::kPixelAndDepth) {
@@ -187,14 +188,15 @@ bool Adjust(const LocalBaJob& job, const ceres::Manifold& manifold, const std::a
   return true;
 }
 
-// Robust cost of what counts of the sightings, and of the DR edges.
+// Robust cost of what counts of the observations, and of the DR edges.
 double Cost(const LocalBaJob& job, const State& state) {
   double cost = 0;
   const std::vector<SE3> T_CW = InversePoses(state);
-  for (size_t i = 0; i < job.sightings.size(); ++i) {
+  for (size_t i = 0; i < job.observations.size(); ++i) {
     if (state.use[i] == Use::kNothing) continue;
-    const auto& s = job.sightings[i];
-    const SightingFit fit = FitOf(job.camera, s.pixel, T_CW[s.keyframe] * state.points[s.landmark]);
+    const auto& s = job.observations[i];
+    const ObservationFit fit =
+        FitOf(job.camera, s.pixel, T_CW[s.keyframe] * state.points[s.landmark]);
     cost += HuberCost(fit.chi2_pixel, kChi2Pixel);
     if (state.use[i] == Use::kPixelAndDepth) cost += HuberCost(fit.chi2_depth, kChi2Depth);
   }
@@ -218,7 +220,7 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop)
   State state;
   for (const auto& keyframe : job.keyframes) state.poses.push_back(ToBlock(keyframe.T_WC));
   for (const auto& landmark : job.landmarks) state.points.push_back(landmark.p_W);
-  state.use.resize(job.sightings.size());
+  state.use.resize(job.observations.size());
   const State start = state;
 
   const PoseManifold manifold;
@@ -242,10 +244,10 @@ LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop)
     result.usable &= state.points[i].allFinite();
     result.landmarks.push_back({job.landmarks[i].id, state.points[i]});
   }
-  for (size_t i = 0; i < job.sightings.size(); ++i) {
-    const auto& s = job.sightings[i];
+  for (size_t i = 0; i < job.observations.size(); ++i) {
+    const auto& s = job.observations[i];
     if (state.use[i] != Use::kNothing) {
-      ++result.num_sightings;
+      ++result.num_observations;
     } else {
       result.outliers.push_back({job.landmarks[s.landmark].id, job.keyframes[s.keyframe].id});
     }

@@ -4,7 +4,7 @@
 // pure function that may run on another thread, Mapper::Apply merges the result. Cost: Huber
 // reprojection errors, pixel and depth apart, and the DR edges between temporal neighbours
 // (method.md section 2). A depth that does not fit is left out; a pixel that does not fit takes its
-// sighting out of the map.
+// observation out of the map.
 // Bounded by iteration counts only; the same job gives the same bytes.
 #pragma once
 
@@ -12,10 +12,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "backend/core/bundle/dr_edge.h"
-#include "backend/core/bundle/reprojection.h"
 #include "common/camera/camera_model.h"
 #include "common/contract/map.h"
+#include "common/good_weights/camera_motion.h"
+#include "common/vision/reprojection.h"
 
 namespace gw::backend {
 
@@ -29,10 +29,10 @@ struct LocalBaJob {
     LandmarkId id;
     Eigen::Vector3d p_W;
   };
-  struct Sighting {
+  struct SeenLandmark {
     int32_t keyframe = 0;  // index into keyframes
     int32_t landmark = 0;  // index into landmarks
-    PixelMeasurement pixel;
+    PixelObservation pixel;
   };
   struct DrEdge {
     int32_t from = 0, to = 0;   // indices into keyframes
@@ -47,13 +47,13 @@ struct LocalBaJob {
   // Prior of the errors that all ways, and all turns, of DR have in common; 0: they have none.
   double dr_scale_sigma = 0;
   RectifiedCamera camera;
-  int iterations = 10;                   // per pass
-  double function_tolerance = 1e-4;      // relative change of the cost at which a pass ends early
-  bool settle_landmarks = false;         // each landmark by itself before all move together
-  std::vector<KeyframeState> keyframes;  // sorted by id; at least one is fixed
-  std::vector<LandmarkState> landmarks;  // sorted by id; each has at least two sightings
-  std::vector<Sighting> sightings;       // sorted by landmark, then keyframe
-  std::vector<DrEdge> dr_edges;          // sorted by `to`
+  int iterations = 10;                     // per pass
+  double function_tolerance = 1e-4;        // relative change of the cost at which a pass ends early
+  bool settle_landmarks = false;           // each landmark by itself before all move together
+  std::vector<KeyframeState> keyframes;    // sorted by id; at least one is fixed
+  std::vector<LandmarkState> landmarks;    // sorted by id; each has at least two observations
+  std::vector<SeenLandmark> observations;  // sorted by landmark, then keyframe
+  std::vector<DrEdge> dr_edges;            // sorted by `to`
 };
 
 struct LocalBaResult {
@@ -75,13 +75,14 @@ struct LocalBaResult {
   };
   std::vector<MovedKeyframe> keyframes;  // the free ones
   std::vector<MovedLandmark> landmarks;
-  std::vector<Outlier> outliers;  // sightings that no longer belong to their landmark
+  std::vector<Outlier> outliers;  // observations that no longer belong to their landmark
   std::vector<DrEdgeWeight> dr_edges;
   // For reports.
   int iterations = 0;
-  int num_sightings = 0;
+  int num_observations = 0;
   Eigen::Vector2d dr_scale_error = Eigen::Vector2d::Zero();  // of way and turn, as found
-  double cost_before = 0, cost_after = 0;  // robust cost of the sightings kept to the end, and DR
+  double cost_before = 0,
+         cost_after = 0;  // robust cost of the observations kept to the end, and DR
 };
 
 // Global BA is the same over the whole map. It takes seconds: when `stop` (may be null) turns true,

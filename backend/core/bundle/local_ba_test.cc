@@ -15,7 +15,7 @@ LocalBaJob MakeJob(World& world, int n, double point_sigma_m = 0.05) {
   LocalBaJob job;
   job.camera = TestCamera();
   job.newest = {n};
-  std::map<int, std::vector<LocalBaJob::Sighting>> seen;
+  std::map<int, std::vector<LocalBaJob::SeenLandmark>> seen;
   for (int k = 0; k < n; ++k) {
     const Keyframe keyframe = world.Make(k, {});
     job.keyframes.push_back({keyframe.id, keyframe.T_WC, k == 0});
@@ -25,13 +25,13 @@ LocalBaJob MakeJob(World& world, int n, double point_sigma_m = 0.05) {
           {k, 0, {f.u, f.v, f.u_right, f.has_depth(), std::pow(1.2, -f.level)}});
     }
   }
-  for (auto& [point, sightings] : seen) {
-    if (sightings.size() < 2) continue;
+  for (auto& [point, observations] : seen) {
+    if (observations.size() < 2) continue;
     CounterRng rng(5, 6, static_cast<uint64_t>(point));
     const Eigen::Vector3d error(rng.Normal(), rng.Normal(), rng.Normal());
-    for (auto& s : sightings) s.landmark = static_cast<int32_t>(job.landmarks.size());
+    for (auto& s : observations) s.landmark = static_cast<int32_t>(job.landmarks.size());
     job.landmarks.push_back({{point + 1}, world.point(point) + point_sigma_m * error});
-    job.sightings.insert(job.sightings.end(), sightings.begin(), sightings.end());
+    job.observations.insert(job.observations.end(), observations.begin(), observations.end());
   }
   return job;
 }
@@ -67,9 +67,9 @@ double DenseReferenceCost(const LocalBaJob& job) {
     for (size_t i = 0; i < poses.size(); ++i) {
       if (column[i] >= 0) moved[i] = poses[i] * SE3::Exp(d.segment<6>(column[i]));
     }
-    Eigen::VectorXd r(3 * job.sightings.size() + 6 * job.dr_edges.size());
+    Eigen::VectorXd r(3 * job.observations.size() + 6 * job.dr_edges.size());
     Eigen::Index row = 0;
-    for (const auto& s : job.sightings) {
+    for (const auto& s : job.observations) {
       const Eigen::Vector3d p_W = points[s.landmark] + d.segment<3>(first_point + 3 * s.landmark);
       r.segment<3>(row) =
           ReprojectionResidual(job.camera, s.pixel, moved[s.keyframe].inverse() * p_W);
@@ -137,7 +137,7 @@ TEST(LocalBa, CostPerDegreeOfFreedomIsThatOfTheNoise) {
   const LocalBaResult result = SolveLocalBa(job);
   ASSERT_TRUE(result.usable);
   double rows = 0;
-  for (const auto& s : job.sightings) rows += s.pixel.has_depth ? 3 : 2;
+  for (const auto& s : job.observations) rows += s.pixel.has_depth ? 3 : 2;
   const double freedom = rows - 3.0 * static_cast<double>(job.landmarks.size()) - 6.0 * 11;
   const double variance = std::pow(world.options().pixel_sigma, 2);
   EXPECT_NEAR(2 * result.cost_after / freedom / variance, 1.0, 0.06);
@@ -148,11 +148,11 @@ TEST(LocalBa, FindsTheOutliersAndIsNotMovedByThem) {
   LocalBaJob clean = MakeJob(world, 10);
   LocalBaJob dirty = clean;
   std::vector<size_t> wrong;
-  for (size_t i = 0; i < dirty.sightings.size(); ++i) {
+  for (size_t i = 0; i < dirty.observations.size(); ++i) {
     CounterRng rng(8, 9, i);
     if (rng.Uniform() >= 0.05) continue;
-    dirty.sightings[i].pixel.u += rng.Uniform(20, 60);
-    dirty.sightings[i].pixel.v -= rng.Uniform(20, 60);
+    dirty.observations[i].pixel.u += rng.Uniform(20, 60);
+    dirty.observations[i].pixel.v -= rng.Uniform(20, 60);
     wrong.push_back(i);
   }
   const LocalBaResult result = SolveLocalBa(dirty);
@@ -161,11 +161,11 @@ TEST(LocalBa, FindsTheOutliersAndIsNotMovedByThem) {
   for (const auto& o : result.outliers) found.insert({o.landmark, o.keyframe});
   size_t hits = 0;
   for (const size_t i : wrong) {
-    const auto& s = dirty.sightings[i];
+    const auto& s = dirty.observations[i];
     hits += found.contains({dirty.landmarks[s.landmark].id, dirty.keyframes[s.keyframe].id});
   }
   EXPECT_GT(hits, 0.97 * static_cast<double>(wrong.size()));
-  // Honest ones go with them where a landmark has few sightings, but not many.
+  // Honest ones go with them where a landmark has few observations, but not many.
   EXPECT_LT(static_cast<double>(result.outliers.size()), 1.3 * static_cast<double>(wrong.size()));
   EXPECT_LT(PoseRmse(world, result), 1.5 * PoseRmse(world, SolveLocalBa(clean)) + 0.002);
 }
@@ -191,7 +191,7 @@ void AddVagueLandmark(const World& world, LocalBaJob& job) {
   for (const int k : {3, 4}) {
     const Eigen::Vector2d uv = job.camera.Project(world.TrueT_WC(k).inverse() * p_W);
     const double wrong_px = k == 4 ? 8 : 0;
-    job.sightings.push_back(
+    job.observations.push_back(
         {k, static_cast<int32_t>(job.landmarks.size()), {uv.x() + wrong_px, uv.y()}});
   }
   job.landmarks.push_back({{1'000'000}, p_W});

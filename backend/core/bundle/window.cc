@@ -4,9 +4,12 @@
 #include <map>
 #include <set>
 
-#include "backend/core/bundle/dr_edge.h"
-#include "backend/core/bundle/dr_weights.h"
+#include "backend/core/bundle/connection.h"
 #include "backend/core/map/seen_landmarks.h"
+#include "common/core/covariance.h"
+#include "common/good_weights/alpha.h"
+#include "common/good_weights/edge_covariance.h"
+#include "common/good_weights/quality.h"
 
 namespace gw::backend {
 namespace {
@@ -14,8 +17,8 @@ namespace {
 constexpr int kTemporalAlways = 5;      // predecessors in time that belong to every window
 constexpr int kTemporalWhileWeak = 60;  // and at most so many while vision binds them weakly
 constexpr int kGlobalIterations = 20;   // of global BA, per pass
-// Of global BA: ten thousands of sightings outweigh a lap's dead reckoning in the cost, which still
-// moves the map where they have converged to 1e-4.
+// Of global BA: ten thousands of observations outweigh a lap's dead reckoning in the cost, which
+// still moves the map where they have converged to 1e-4.
 constexpr double kGlobalTolerance = 1e-6;
 // Prior of the scales of DR in global BA, as in the DR filter (wheel_scale_sigma,
 // gyro_scale_sigma): wheels wear, floors differ, and what the filter learnt of it is as good as
@@ -69,22 +72,23 @@ std::vector<KeyframeId> Onlookers(const Map& map, const std::vector<LandmarkId>&
 
 using Index = std::map<KeyframeId, int32_t>;  // into the job's keyframes
 
-void AddSightings(const Map& map, const MappingContext& context,
-                  const std::vector<LandmarkId>& landmarks, const Index& index, LocalBaJob& job) {
+void AddObservations(const Map& map, const MappingContext& context,
+                     const std::vector<LandmarkId>& landmarks, const Index& index,
+                     LocalBaJob& job) {
   for (const LandmarkId id : landmarks) {
     const Landmark& landmark = *map.FindLandmark(id);
-    const size_t first = job.sightings.size();
+    const size_t first = job.observations.size();
     for (const Observation& observation : landmark.observations) {
       const auto keyframe = index.find(observation.keyframe);
       if (keyframe == index.end()) continue;
       const auto& features = map.FindKeyframe(observation.keyframe)->frame.features;
       const size_t feature = static_cast<size_t>(observation.feature_index);
       if (feature >= features.size()) continue;
-      job.sightings.push_back({keyframe->second, static_cast<int32_t>(job.landmarks.size()),
-                               context.Measurement(features[feature])});
+      job.observations.push_back({keyframe->second, static_cast<int32_t>(job.landmarks.size()),
+                                  PixelOf(features[feature], context.pyramid)});
     }
-    if (job.sightings.size() - first < 2) {
-      job.sightings.resize(first);
+    if (job.observations.size() - first < 2) {
+      job.observations.resize(first);
     } else {
       job.landmarks.push_back({id, landmark.p_W});
     }
@@ -146,15 +150,15 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
     job.keyframes.push_back({id, map.FindKeyframe(id)->frame.T_WC, is_fixed});
   }
 
-  AddSightings(map, context, landmarks, index, job);
+  AddObservations(map, context, landmarks, index, job);
   if (!use_dr) return job;
   for (const auto& [id, is_fixed] : fixed) {
     const MapKeyframe& keyframe = *map.FindKeyframe(id);
     const auto from = index.find(keyframe.frame.previous);
     if (!keyframe.frame.dr || from == index.end()) continue;
     if (is_fixed && job.keyframes[from->second].fixed) continue;
-    const double alpha =
-        DrScale(SmoothedLack(map, id, reference), context.variant, context.dr_weight);
+    const double q = 1.0 - SmoothedLack(map, id, reference);
+    const double alpha = EdgeScale(context.variant, q, context.dr_weight);
     if (!(alpha > 0)) continue;
     const DrMotion motion = MotionTo(context, keyframe);
     AddDrEdge(keyframe, motion, EdgeCovariance(motion, alpha, context.variant), alpha, index, job);
@@ -176,7 +180,7 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
     index[id] = static_cast<int32_t>(job.keyframes.size());
     job.keyframes.push_back({id, keyframe.frame.T_WC, job.keyframes.empty()});
   }
-  AddSightings(map, context, map.SortedLandmarkIds(), index, job);
+  AddObservations(map, context, map.SortedLandmarkIds(), index, job);
   if (!DrInGlobalBa(context.variant)) return job;
   if (AdaptsAlpha(context.variant)) job.dr_scale_sigma = kDrScaleSigma;
   const double reference = ConnectionReference(map, context.dr_weight);

@@ -5,14 +5,14 @@
 
 #include "backend/core/bundle/local_ba.h"
 #include "backend/core/map/map.h"
-#include "backend/core/mapping/mapping_context.h"
+#include "backend/core/map/mapping_context.h"
 
 namespace gw::backend {
 
 // The window of the newest keyframe:
 //  - free: it, the best covisible keyframes, and for variants with DR in local BA its predecessors
 //    in time: a few always, and on along the chain while vision binds them weakly;
-//  - landmarks: what free keyframes see, with at least two sightings in the window;
+//  - landmarks: what free keyframes see, with at least two observations in the window;
 //  - fixed: other keyframes that see these (at most config.local_fixed_keyframes, those that see
 //    most), and the temporal neighbours of weakly bound free ones. The map's first keyframe is
 //    always fixed; without any fixed one, the oldest of the window is (gauge).

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "backend/core/map/feature_grid.h"
+#include "common/vision/feature_grid.h"
 
 namespace gw::backend {
 namespace {

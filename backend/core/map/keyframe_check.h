@@ -3,6 +3,7 @@
 #pragma once
 
 #include "common/contract/map.h"
+#include "common/vision/pyramid.h"
 
 namespace gw::backend {
 
@@ -18,7 +19,7 @@ enum class KeyframeFault {
 
 inline constexpr int64_t kMaxKeyframeId = int64_t{1} << 47;  // landmark ids then fit 63 bits
 inline constexpr double kMaxCoordinate = 1e6;  // m; farther than any robot of ours drives
-inline constexpr int kMaxLevel = 31;           // pyramid level of a feature
+inline constexpr int kMaxLevel = Pyramid::kMaxLevels - 1;  // of a feature
 
 // Finite, and within kMaxCoordinate along each axis.
 bool IsInReach(const Eigen::Vector3d& p);

@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "backend/core/map/feature_grid.h"
 #include "common/contract/map.h"
+#include "common/vision/feature_grid.h"
 
 namespace gw::backend {
 

@@ -290,5 +290,17 @@ TEST(Map, IgnoresAndCountsContradictionsInAnUpdate) {
   ExpectConsistent(map);
 }
 
+TEST(Compose, IsTheMotionOverBothIntervals) {
+  const World world({});
+  const DrIncrement ab = world.Dr(3);
+  const DrIncrement bc = world.Dr(4);
+  const DrIncrement ac = Compose(ab, bc);
+  EXPECT_EQ(ac.utime_begin, ab.utime_begin);
+  EXPECT_EQ(ac.utime_end, bc.utime_end);
+  EXPECT_LT((ac.T_BaBb.matrix() - (ab.T_BaBb * bc.T_BaBb).matrix()).norm(), 1e-12);
+  // Rotations of the first part move the end by the length of the second.
+  EXPECT_GT(ac.cov(1, 1), ab.cov(1, 1) + bc.cov(1, 1));
+}
+
 }  // namespace
 }  // namespace gw::backend

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <iterator>
 
-#include "backend/core/bundle/dr_weights.h"
+#include "backend/core/bundle/connection.h"
 #include "backend/core/mapping/landmark_state.h"
 #include "backend/core/mapping/matching.h"
+#include "common/good_weights/quality.h"
 
 namespace gw::backend {
 namespace {
@@ -29,7 +30,7 @@ bool IsUnproven(const MappingContext& context, const Landmark& landmark,
     if (Observes(landmark, witness.id)) {
       ++expected;
       ++found;
-    } else if (Sight(context, landmark, witness.T_WC, witness.T_CW)) {
+    } else if (Project(context, landmark, witness.T_WC, witness.T_CW)) {
       ++expected;
     }
   }
@@ -67,7 +68,7 @@ bool JoinsUnequalEdges(const Map& map, const MapKeyframe& keyframe, double refer
   const MapKeyframe* next = map.FindKeyframe(keyframe.next);
   if (!keyframe.frame.dr || next == nullptr || !next->frame.dr) return false;
   const auto weak = [&](const MapKeyframe& to) {
-    return 1.0 - EdgeQuality(map, to.frame.id, reference) >= kWeakLack;
+    return 1.0 - QualityOfEdge(map, to.frame.id, reference) >= kWeakLack;
   };
   return weak(keyframe) != weak(*next);
 }

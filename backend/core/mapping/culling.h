@@ -2,7 +2,7 @@
 #pragma once
 
 #include "backend/core/map/map.h"
-#include "backend/core/mapping/mapping_context.h"
+#include "backend/core/map/mapping_context.h"
 
 namespace gw::backend {
 

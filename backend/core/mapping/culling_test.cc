@@ -16,7 +16,7 @@ constexpr int kFeatures = 300;
 class Culling : public testing::Test {
  protected:
   // A chain of keyframes with DR edges between them; features have depth.
-  Culling() : context_(MappingContext::Make({}, {}, TestCamera())) {
+  Culling() : context_(MappingContext({}, {}, TestCamera())) {
     for (int k = 1; k <= kKeyframes; ++k) {
       Keyframe keyframe;
       keyframe.id = {k};

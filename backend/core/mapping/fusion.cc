@@ -49,20 +49,20 @@ class Fuser {
     for (const LandmarkId id : landmarks) {
       const Landmark* landmark = map_.FindLandmark(id);
       if (landmark == nullptr || Observes(*landmark, target)) continue;
-      const auto expected = Sight(context_, *landmark, T_WC, T_CW);
+      const auto expected = Project(context_, *landmark, T_WC, T_CW);
       if (!expected) continue;
-      const int feature = FindFeature(context_, *landmark, *expected, keyframe, scratch_);
+      const int feature = FindFeature(context_, *landmark, *expected, keyframe);
       if (feature >= 0) Join(id, {target, feature});
     }
   }
 
   // The feature shows the landmark.
-  void Join(LandmarkId id, const Observation& sight) {
+  void Join(LandmarkId id, const Observation& observation) {
     const LandmarkId other =
-        map_.FindKeyframe(sight.keyframe)->frame.landmarks[sight.feature_index];
+        map_.FindKeyframe(observation.keyframe)->frame.landmarks[observation.feature_index];
     if (other.valid()) {
       if (other != id) Merge(id, other);
-    } else if (map_.AddObservation(id, sight)) {
+    } else if (map_.AddObservation(id, observation)) {
       ++counts_.observations;
       changed_.insert(id);
     }
@@ -92,7 +92,6 @@ class Fuser {
   const MappingContext& context_;
   FusionCounts counts_;
   std::set<LandmarkId> changed_;
-  std::vector<int> scratch_;
 };
 
 }  // namespace
@@ -107,10 +106,10 @@ FusionCounts FuseWithNeighbours(Map& map, const MappingContext& context) {
   return fuser.Finish();
 }
 
-FusionCounts FuseSights(Map& map, const MappingContext& context, KeyframeId keyframe,
-                        const std::vector<std::pair<int32_t, LandmarkId>>& sights) {
+FusionCounts FuseMatches(Map& map, const MappingContext& context, KeyframeId keyframe,
+                         const std::vector<std::pair<int32_t, LandmarkId>>& matches) {
   Fuser fuser(map, context);
-  for (const auto& [feature, named] : sights) {
+  for (const auto& [feature, named] : matches) {
     const LandmarkId id = map.Resolve(named);
     if (id.valid() && !Observes(*map.FindLandmark(id), keyframe)) {
       fuser.Join(id, {keyframe, feature});

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "backend/core/map/map.h"
-#include "backend/core/mapping/mapping_context.h"
+#include "backend/core/map/mapping_context.h"
 
 namespace gw::backend {
 
@@ -23,8 +23,8 @@ FusionCounts FuseWithNeighbours(Map& map, const MappingContext& context);
 
 // For loop closing: features of `keyframe` show these landmarks. Landmarks that are gone are left
 // out.
-FusionCounts FuseSights(Map& map, const MappingContext& context, KeyframeId keyframe,
-                        const std::vector<std::pair<int32_t, LandmarkId>>& sights);
+FusionCounts FuseMatches(Map& map, const MappingContext& context, KeyframeId keyframe,
+                         const std::vector<std::pair<int32_t, LandmarkId>>& matches);
 
 // For loop closing: each side's landmarks are projected into the other's keyframes.
 FusionCounts FuseGroups(Map& map, const MappingContext& context, const std::vector<KeyframeId>& a,

@@ -32,10 +32,9 @@ void RefreshGeometry(Map& map, const MappingContext& context, LandmarkId id) {
   const Feature* feature = FeatureOf(keyframe, *reference);
   if (feature == nullptr) return;
   const double distance = (landmark.p_W - keyframe.frame.T_WC.translation()).norm();
-  const double max_distance = distance * context.level_scale[feature->level];
+  const double max_distance = context.pyramid.MaxDistance(distance, feature->level);
   landmark.max_distance = static_cast<float>(max_distance);
-  landmark.min_distance =
-      static_cast<float>(max_distance / context.level_scale[context.num_levels - 1]);
+  landmark.min_distance = static_cast<float>(context.pyramid.MinDistance(max_distance));
 }
 
 void RefreshDescriptor(Map& map, LandmarkId id) {

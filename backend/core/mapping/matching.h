@@ -1,10 +1,9 @@
-// Where a landmark should appear in a keyframe, and which feature there shows it.
+// Which feature of a keyframe shows a given landmark.
 #pragma once
 
-#include <optional>
-
 #include "backend/core/map/map.h"
-#include "backend/core/mapping/mapping_context.h"
+#include "backend/core/map/mapping_context.h"
+#include "common/vision/projection_search.h"
 
 namespace gw::backend {
 
@@ -13,23 +12,14 @@ inline constexpr int kMatchHamming = 50;  // of 256 bits; strict, a wrong match 
 // Whether the landmark has an observation in the keyframe.
 bool Observes(const Landmark& landmark, KeyframeId keyframe);
 
-struct ExpectedSight {
-  Eigen::Vector3d p_C;
-  Eigen::Vector2d uv;  // px, in the image
-  int level = 0;       // pyramid level at which it should show
-};
+// Where the landmark should appear from T_WC: ProjectLandmark with the context's camera.
+std::optional<Projection> Project(const MappingContext& context, const Landmark& landmark,
+                                  const SE3& T_WC, const SE3& T_CW);
 
-// Empty when the camera at T_WC should not see it: behind, outside the image, outside its distance
-// range (20 % slack), or seen from more than 60 deg off its normal. T_CW = inv(T_WC), both passed
-// because callers ask for many landmarks.
-std::optional<ExpectedSight> Sight(const MappingContext& context, const Landmark& landmark,
-                                   const SE3& T_WC, const SE3& T_CW);
-
-// The feature of the keyframe that shows the landmark: near its expected pixel, at about the
-// expected level, within the chi-square gate, closest descriptor of at most kMatchHamming. -1:
-// none. `scratch` avoids an allocation per call.
-int FindFeature(const MappingContext& context, const Landmark& landmark,
-                const ExpectedSight& expected, const MapKeyframe& keyframe,
-                std::vector<int>& scratch);
+// The feature of the keyframe that shows the landmark: near its expected pixel within the
+// chi-square gate, at about the expected level, closest descriptor of at most kMatchHamming. -1:
+// none.
+int FindFeature(const MappingContext& context, const Landmark& landmark, const Projection& expected,
+                const MapKeyframe& keyframe);
 
 }  // namespace gw::backend

@@ -27,15 +27,16 @@ double StereoCos(const RectifiedCamera& camera, const Feature& f) {
   return std::cos(2.0 * std::atan2(0.5 * camera.baseline_m, f.depth));
 }
 
-bool Fits(const MappingContext& context, const View& view, const Eigen::Vector3d& p_W) {
+bool Fits(const MappingContext& context, const PosedFeature& view, const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d p_C = view.T_CW * p_W;
   if (!(p_C.z() > kMinProjectionDepth)) return false;
-  return FitOf(context.camera, context.Measurement(view.feature), p_C).pixel_ok();
+  return FitOf(context.camera, PixelOf(view.feature, context.pyramid), p_C).pixel_ok();
 }
 
 // Depth of the midpoint between the closest points of both rays: least squares of
 // a * ray_a - b * ray_b = baseline. Rays in W, not normalised.
-std::optional<Eigen::Vector3d> CrossRays(const View& a, const View& b, const Eigen::Vector3d& ray_a,
+std::optional<Eigen::Vector3d> CrossRays(const PosedFeature& a, const PosedFeature& b,
+                                         const Eigen::Vector3d& ray_a,
                                          const Eigen::Vector3d& ray_b) {
   const Eigen::Vector3d baseline = b.T_WC.translation() - a.T_WC.translation();
   const double aa = ray_a.squaredNorm();
@@ -61,13 +62,15 @@ class SegmentSearch {
     const int steps = static_cast<int>(std::min(100.0, std::ceil((to - from).norm() / kStep)));
     for (int i = 0; i <= steps; ++i) {
       const Eigen::Vector2d uv = steps == 0 ? from : from + (to - from) * i / steps;
-      near_.clear();
-      keyframe_.grid.Near(uv.x(), uv.y(), 0.5 * kStep + radius, near_);
-      for (const int index : near_) {
-        if (stamp_[index] == query || keyframe_.frame.landmarks[index].valid()) continue;
-        stamp_[index] = query;
-        found_.push_back(index);
-      }
+      keyframe_.grid.ForEachNear(
+          static_cast<float>(uv.x()), static_cast<float>(uv.y()),
+          static_cast<float>(0.5 * kStep + radius), [&](int index) {
+            if (stamp_[index] == query || keyframe_.frame.landmarks[index].valid()) {
+              return;
+            }
+            stamp_[index] = query;
+            found_.push_back(index);
+          });
     }
     return found_;
   }
@@ -75,7 +78,6 @@ class SegmentSearch {
  private:
   const MapKeyframe& keyframe_;
   std::vector<int> stamp_;  // last query that has seen the feature
-  std::vector<int> near_;
   std::vector<int> found_;
 };
 
@@ -104,8 +106,8 @@ double SquaredDistanceToLine(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> Triangulate(const MappingContext& context, const View& a,
-                                           const View& b) {
+std::optional<Eigen::Vector3d> Triangulate(const MappingContext& context, const PosedFeature& a,
+                                           const PosedFeature& b) {
   const RectifiedCamera& camera = context.camera;
   const Eigen::Vector3d ray_a = a.T_WC.rotation() * Ray(camera, a.feature);
   const Eigen::Vector3d ray_b = b.T_WC.rotation() * Ray(camera, b.feature);
@@ -119,7 +121,7 @@ std::optional<Eigen::Vector3d> Triangulate(const MappingContext& context, const 
         cos_rays < kMaxCosParallax || a.feature.has_depth() || b.feature.has_depth();
     if (cos_rays > 0 && enough) p_W = CrossRays(a, b, ray_a, ray_b);
   } else {
-    const View& better = cos_a <= cos_b ? a : b;
+    const PosedFeature& better = cos_a <= cos_b ? a : b;
     const Feature& f = better.feature;
     p_W = better.T_WC * camera.Unproject(f.u, f.v, f.depth);
   }
@@ -129,8 +131,8 @@ std::optional<Eigen::Vector3d> Triangulate(const MappingContext& context, const 
   const double distance_b = (*p_W - b.T_WC.translation()).norm();
   const double by_distance = distance_b / distance_a;
   const double by_level =
-      context.level_scale[a.feature.level] / context.level_scale[b.feature.level];
-  const double slack = kScaleSlack * context.scale_factor;
+      context.pyramid.Scale(a.feature.level) / context.pyramid.Scale(b.feature.level);
+  const double slack = kScaleSlack * context.pyramid.factor();
   if (by_distance * slack < by_level || by_distance > by_level * slack) return std::nullopt;
   return p_W;
 }
@@ -158,7 +160,7 @@ int TriangulateNewLandmarks(Map& map, const MappingContext& context) {
       const LandmarkId id = LandmarkId::From(newest.frame.id, static_cast<int>(i));
       if (map.FindLandmark(id) != nullptr) continue;
       const Feature& f = newest.frame.features[i];
-      const double sigma = context.level_scale[f.level];
+      const double sigma = context.pyramid.Scale(f.level);
       double nearest = near_depth;
       double farthest = kFarDepth;
       if (f.has_depth()) {  // three sigma of its disparity either way
@@ -176,7 +178,7 @@ int TriangulateNewLandmarks(Map& map, const MappingContext& context) {
       int best_distance = kMatchHamming + 1;
       for (const int candidate : search.Find(static_cast<int>(i), from, to, 2 * sigma)) {
         const Feature& g = neighbour.frame.features[candidate];
-        const double sigma_g = context.level_scale[g.level];
+        const double sigma_g = context.pyramid.Scale(g.level);
         if (SquaredDistanceToLine({g.u, g.v}, from, to) > kEpipolarChi2 * sigma_g * sigma_g) {
           continue;
         }

@@ -9,13 +9,13 @@ namespace gw::backend {
 namespace {
 
 MappingContext Context() {
-  return MappingContext::Make({}, {}, TestCamera());
+  return MappingContext({}, {}, TestCamera());
 }
 
 // What a camera at T_WC sees of p_W; with_depth also in the virtual right image.
-View Look(const SE3& T_WC, const Eigen::Vector3d& p_W, bool with_depth) {
+PosedFeature Look(const SE3& T_WC, const Eigen::Vector3d& p_W, bool with_depth) {
   const RectifiedCamera camera = TestCamera();
-  View view{T_WC, T_WC.inverse(), {}};
+  PosedFeature view{T_WC, T_WC.inverse(), {}};
   const Eigen::Vector3d p_C = view.T_CW * p_W;
   const Eigen::Vector2d uv = camera.Project(p_C);
   view.feature.u = static_cast<float>(uv.x());
@@ -47,8 +47,8 @@ TEST(Triangulate, FindsThePointFromEveryKindOfView) {
 
 TEST(Triangulate, RefusesRaysThatAreParallelWithoutDepth) {
   const Eigen::Vector3d p_W(0, 0, 4);
-  const View a = Look(SE3(), p_W, false);
-  const View near_a = Look(SE3({1, 0, 0, 0}, {0.01, 0, 0}), p_W, false);
+  const PosedFeature a = Look(SE3(), p_W, false);
+  const PosedFeature near_a = Look(SE3({1, 0, 0, 0}, {0.01, 0, 0}), p_W, false);
   EXPECT_FALSE(Triangulate(Context(), a, near_a));
   // With depth on one side the other only has to agree.
   EXPECT_TRUE(Triangulate(Context(), Look(SE3(), p_W, true), near_a));
@@ -56,8 +56,8 @@ TEST(Triangulate, RefusesRaysThatAreParallelWithoutDepth) {
 
 TEST(Triangulate, RefusesRaysThatDoNotMeet) {
   const Eigen::Vector3d p_W(0, 0, 4);
-  const View a = Look(SE3(), p_W, false);
-  View b = Look(SE3({1, 0, 0, 0}, {0.5, 0, 0}), p_W, false);
+  const PosedFeature a = Look(SE3(), p_W, false);
+  PosedFeature b = Look(SE3({1, 0, 0, 0}, {0.5, 0, 0}), p_W, false);
   b.feature.v += 12;
   EXPECT_FALSE(Triangulate(Context(), a, b));
   b.feature.v -= 12;
@@ -67,8 +67,8 @@ TEST(Triangulate, RefusesRaysThatDoNotMeet) {
 
 TEST(Triangulate, RefusesSizesThatDoNotFitTheDistances) {
   const Eigen::Vector3d p_W(0, 0, 4);
-  const View a = Look(SE3(), p_W, false);
-  View b = Look(SE3({1, 0, 0, 0}, {0.5, 0, 0}), p_W, false);
+  const PosedFeature a = Look(SE3(), p_W, false);
+  PosedFeature b = Look(SE3({1, 0, 0, 0}, {0.5, 0, 0}), p_W, false);
   b.feature.level = 6;  // twice the size from the same distance
   EXPECT_FALSE(Triangulate(Context(), a, b));
 }

@@ -5,8 +5,8 @@
 
 namespace gw::frontend {
 
-LocalMap::LocalMap(const RectifiedCamera& camera, const PyramidScale& scale)
-    : camera_(camera), scale_(scale) {}
+LocalMap::LocalMap(const RectifiedCamera& camera, const Pyramid& pyramid)
+    : camera_(camera), pyramid_(pyramid) {}
 
 void LocalMap::AddKeyframe(const Keyframe& keyframe) {
   ReplicaKeyframe& entry = keyframes_[keyframe.id];
@@ -24,10 +24,9 @@ void LocalMap::AddKeyframe(const Keyframe& keyframe) {
       point.id = id;
       point.p_W = keyframe.T_WC * p_C;
       point.normal_W = (point.p_W - keyframe.T_WC.translation()).normalized();
-      const double distance = p_C.norm();
-      point.max_distance = static_cast<float>(distance * std::pow(scale_.factor, f.level));
-      point.min_distance =
-          static_cast<float>(point.max_distance / std::pow(scale_.factor, scale_.num_levels - 1));
+      const double max_distance = pyramid_.MaxDistance(p_C.norm(), f.level);
+      point.max_distance = static_cast<float>(max_distance);
+      point.min_distance = static_cast<float>(pyramid_.MinDistance(max_distance));
       point.descriptor = keyframe.descriptors[i];
       point.observers = {keyframe.id};
     } else if (const auto it = points_.find(id.value); it != points_.end()) {

@@ -10,6 +10,7 @@
 
 #include "common/camera/camera_model.h"
 #include "common/contract/map.h"
+#include "common/vision/pyramid.h"
 
 namespace gw::frontend {
 
@@ -23,15 +24,9 @@ struct MapPoint {
   uint64_t visit = 0;                 // mark of the newest CollectAround
 };
 
-// Geometry of the feature pyramid.
-struct PyramidScale {
-  double factor = 1.2;
-  int num_levels = 8;
-};
-
 class LocalMap {
  public:
-  LocalMap(const RectifiedCamera& camera, const PyramidScale& scale);
+  LocalMap(const RectifiedCamera& camera, const Pyramid& pyramid);
 
   // Own keyframe, before the back-end has seen it. New landmarks are placed from its features'
   // depth.
@@ -80,7 +75,7 @@ class LocalMap {
   void MovePending(const MapUpdate& update, const std::map<KeyframeId, SE3>& poses_before);
 
   RectifiedCamera camera_;
-  PyramidScale scale_;
+  Pyramid pyramid_;
   int64_t revision_ = 0;
   uint64_t visit_ = 0;
   std::map<KeyframeId, ReplicaKeyframe> keyframes_;

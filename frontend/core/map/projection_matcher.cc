@@ -1,87 +1,66 @@
 #include "frontend/core/map/projection_matcher.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace gw::frontend {
+namespace {
 
-ProjectionMatcher::ProjectionMatcher(const RectifiedCamera& camera, const PyramidScale& scale)
-    : camera_(camera), log_factor_(std::log(scale.factor)) {
-  double s = 1.0;
-  for (int i = 0; i < scale.num_levels; ++i, s *= scale.factor) level_scale_.push_back(s);
+// A feature's disparity may be so much farther from the expected one than its window is wide: the
+// window is for the pose, and the depth of a young landmark is not known better than its pixel.
+constexpr float kDisparitySlack = 1.5F;
+
+}  // namespace
+
+std::optional<Projection> ProjectionMatcher::Expect(const Candidate& candidate, const SE3& T_WC,
+                                                    const SE3& T_CW) const {
+  if (candidate.level < 0) {
+    return ProjectLandmark(camera_, pyramid_, *candidate.point, T_WC, T_CW);
+  }
+  Projection out;
+  out.p_C = T_CW * candidate.point->p_W;
+  if (!(out.p_C.z() > kMinProjectionDepth)) return std::nullopt;
+  out.uv = camera_.Project(out.p_C);
+  out.level = candidate.level;
+  if (!camera_.InImage(out.uv)) return std::nullopt;
+  return out;
 }
 
-int ProjectionMatcher::PredictLevel(const MapPoint& point, double distance) const {
-  const double level = std::log(point.max_distance / distance) / log_factor_;
-  return std::clamp(static_cast<int>(std::lround(level)), 0,
-                    static_cast<int>(level_scale_.size()) - 1);
-}
-
-MatchStatistics ProjectionMatcher::Match(const SE3& T_WC, const std::vector<Candidate>& candidates,
-                                         int first_index, const FeatureFrame& frame,
-                                         const FeatureGrid& grid, const MatcherLimits& limits,
-                                         std::vector<int>* match) const {
-  MatchStatistics statistics;
+int ProjectionMatcher::Match(const SE3& T_WC, const std::vector<Candidate>& candidates,
+                             int first_index, const SearchableImage& image,
+                             const MatcherLimits& limits, std::vector<int>* match) const {
   const SE3 T_CW = T_WC.inverse();
-  const Eigen::Matrix3d R_CW = T_CW.rotation().toRotationMatrix();
-  const Eigen::Vector3d& p_CW = T_CW.translation();
-  const Eigen::Vector3d& p_WC = T_WC.translation();
+  int num_matched = 0;
+  constexpr int kTaken = -1;  // by an earlier call
+  const int kFree = limits.max_distance + 1;
   // Distance of the match that a feature has got in this call.
-  std::vector<int> taken_at(frame.features.size(), limits.max_distance + 1);
+  std::vector<int> distance_of(image.features.size(), kFree);
   for (size_t i = 0; i < match->size(); ++i) {
-    if ((*match)[i] >= 0) taken_at[i] = -1;
+    if ((*match)[i] >= 0) distance_of[i] = kTaken;
   }
-
   for (size_t c = 0; c < candidates.size(); ++c) {
-    const MapPoint& point = *candidates[c].point;
-    const Eigen::Vector3d p_C = R_CW * point.p_W + p_CW;
-    if (p_C.z() < 0.05) continue;
-    const Eigen::Vector2d uv = camera_.Project(p_C);
-    if (!camera_.InImage(uv)) continue;
-    int level = candidates[c].level;
-    const Eigen::Vector3d ray = point.p_W - p_WC;
-    const double distance = ray.norm();
-    if (level < 0) {
-      // A fifth of slack on both sides: the scale estimate of a corner is coarse.
-      if (distance < 0.8 * point.min_distance || distance > 1.2 * point.max_distance) continue;
-      if (ray.dot(point.normal_W) < limits.min_view_cos * distance) continue;
-      level = PredictLevel(point, distance);
+    const auto expected = Expect(candidates[c], T_WC, T_CW);
+    if (!expected) continue;
+    const auto radius =
+        static_cast<float>(candidates[c].radius_px * pyramid_.Scale(expected->level));
+    const auto u_right = static_cast<float>(expected->uv.x() - camera_.bf() / expected->p_C.z());
+    const BestFeature best = FindMostSimilar(
+        image, *expected, radius, *candidates[c].descriptor, limits.max_distance, [&](int i) {
+          const Feature& f = image.features[i];
+          return distance_of[i] != kTaken &&
+                 (!f.has_depth() || std::abs(f.u_right - u_right) <= kDisparitySlack * radius);
+        });
+    if (best.index < 0) continue;
+    if (best.level == best.second_level &&
+        best.distance > limits.max_ratio * best.second_distance) {
+      continue;
     }
-    ++statistics.num_visible;
-
-    const float radius = static_cast<float>(candidates[c].radius_px * level_scale_[level]);
-    const float u = static_cast<float>(uv.x());
-    const float u_right = static_cast<float>(uv.x() - camera_.bf() / p_C.z());
-    const Descriptor& wanted = *candidates[c].descriptor;
-    int best = limits.max_distance + 1;
-    int best_level = -1;
-    int second = 257;
-    int second_level = -1;
-    int best_index = -1;
-    grid.ForEachNear(u, static_cast<float>(uv.y()), radius, [&](int i) {
-      const Feature& f = frame.features[i];
-      if (f.level < level - 1 || f.level > level + 1 || taken_at[i] < 0) return;
-      if (f.has_depth() && std::abs(f.u_right - u_right) > 1.5f * radius) return;
-      const int d = HammingDistance(wanted, frame.descriptors[i]);
-      if (d < best) {
-        second = best;
-        second_level = best_level;
-        best = d;
-        best_level = f.level;
-        best_index = i;
-      } else if (d < second) {
-        second = d;
-        second_level = f.level;
-      }
-    });
-    if (best_index < 0) continue;
-    if (best_level == second_level && best > limits.max_ratio * second) continue;
-    if (best >= taken_at[best_index]) continue;
-    if (taken_at[best_index] > limits.max_distance) ++statistics.num_matched;
-    taken_at[best_index] = best;
-    (*match)[best_index] = first_index + static_cast<int>(c);
+    int& distance = distance_of[best.index];
+    if (best.distance >= distance) continue;
+    num_matched += distance == kFree;
+    distance = best.distance;
+    (*match)[best.index] = first_index + static_cast<int>(c);
   }
-  return statistics;
+  return num_matched;
 }
 
 }  // namespace gw::frontend

@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "common/camera/camera_model.h"
-#include "frontend/core/features/feature_frame.h"
-#include "frontend/core/map/feature_grid.h"
+#include "common/vision/projection_search.h"
 #include "frontend/core/map/local_map.h"
 
 namespace gw::frontend {
@@ -20,34 +19,29 @@ struct Candidate {
 };
 
 struct MatcherLimits {
-  int max_distance = 100;     // Hamming, of 256
-  double max_ratio = 0.9;     // best to second best of the same level; 1 switches the test off
-  double min_view_cos = 0.5;  // between the viewing ray and the landmark's mean one
-};
-
-struct MatchStatistics {
-  int num_visible = 0;  // candidates inside the image, at a fitting distance and angle
-  int num_matched = 0;
+  int max_distance = 100;  // Hamming, of 256
+  double max_ratio = 0.9;  // best to second best of the same level; 1 switches the test off
 };
 
 class ProjectionMatcher {
  public:
-  ProjectionMatcher(const RectifiedCamera& camera, const PyramidScale& scale);
+  ProjectionMatcher(const RectifiedCamera& camera, const Pyramid& pyramid)
+      : camera_(camera), pyramid_(pyramid) {}
 
-  // match[i] is the index into `candidates` of the landmark that feature i shows, or -1. Features
-  // with match[i] >= 0 on entry are taken and stay as they are; indices are offset by
-  // `first_index`. A feature wanted by several landmarks goes to the most similar one.
-  MatchStatistics Match(const SE3& T_WC, const std::vector<Candidate>& candidates, int first_index,
-                        const FeatureFrame& frame, const FeatureGrid& grid,
-                        const MatcherLimits& limits, std::vector<int>* match) const;
-
-  int PredictLevel(const MapPoint& point, double distance) const;
-  double LevelScale(int level) const { return level_scale_[level]; }
+  // match[i] becomes the index into `candidates` of the landmark that feature i shows, plus
+  // `first_index`. Features with match[i] >= 0 on entry are taken and stay as they are; the others
+  // that show none keep -1. A feature wanted by several landmarks goes to the most similar one.
+  // Returns how many features were matched in this call.
+  int Match(const SE3& T_WC, const std::vector<Candidate>& candidates, int first_index,
+            const SearchableImage& image, const MatcherLimits& limits,
+            std::vector<int>* match) const;
 
  private:
+  std::optional<Projection> Expect(const Candidate& candidate, const SE3& T_WC,
+                                   const SE3& T_CW) const;
+
   RectifiedCamera camera_;
-  std::vector<double> level_scale_;
-  double log_factor_;
+  Pyramid pyramid_;
 };
 
 }  // namespace gw::frontend

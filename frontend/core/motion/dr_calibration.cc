@@ -50,8 +50,7 @@ DrCalibration::Told DrCalibration::Bounded(double scale, double sigma) {
 
 double DrCalibration::Scale::Fused(const Told& told) const {
   const double told_information = 1 / (told.sigma * told.sigma);
-  return (information * estimate + told_information * told.scale) /
-         (information + told_information);
+  return (weighted + told_information * told.scale) / (information + told_information);
 }
 
 void DrCalibration::Scale::Update(double dr, double measured, double sigma, const Told& told) {
@@ -61,12 +60,13 @@ void DrCalibration::Scale::Update(double dr, double measured, double sigma, cons
   const double innovation_variance = sensor * sensor * variance + sigma * sigma;
   if (innovation * innovation > kGateSigmas * kGateSigmas * innovation_variance) return;
   information += sensor * sensor / (sigma * sigma);
-  if (information == 0) return;
-  estimate += sensor / (sigma * sigma * information) * (measured - estimate * sensor);
+  weighted += sensor * measured / (sigma * sigma);
 }
 
 void DrCalibration::Scale::Forget(DurationUs time) {
-  information /= 1 + information * kVarianceRate * time.seconds();
+  const double kept = 1 / (1 + information * kVarianceRate * time.seconds());
+  information *= kept;
+  weighted *= kept;
 }
 
 double DrCalibration::Scale::DoubtLeft(double told_sigma) const {

@@ -55,8 +55,10 @@ class DrCalibration {
     double scale;  // that its motions hold
     double sigma;
   };
+  // Of vision alone, in information form: motions that tell next to nothing of the scale (a straight
+  // way for the heading) then add next to nothing, however small they are.
   struct Scale {
-    double estimate = 1;  // by vision alone
+    double weighted = 0;  // information times estimate
     double information = 0;
     double Fused(const Told& told) const;
     // dr: motion that holds told.scale. sigma: of measured, beside the scale. What is far off is

@@ -69,6 +69,26 @@ TEST(DrCalibration, FindsTheScales) {
   EXPECT_LT(twist.segment<2>(3).norm(), 1e-9) << "other axes stay";
 }
 
+// Dead reckoning without noise turns by rounding alone on a straight way: that tells nothing of the
+// scale of the heading, neither there nor at the first turn.
+TEST(DrCalibration, AHeadingWithoutNoiseTellsNothingOnAStraightWay) {
+  for (const double rounding : {0.0, 1e-300, 1e-30, 1e-15, 1e-9}) {
+    DrCalibration calibration;
+    std::mt19937 random(1);
+    std::normal_distribution<double> heading_noise(0, 0.0003);
+    for (int i = 0; i < 600; ++i) {
+      calibration.Observe(Motion(0.5 / 30, i % 2 == 0 ? rounding : -rounding),
+                          Motion(0.5 / 30, heading_noise(random)), kFrame, Untold());
+    }
+    EXPECT_NEAR(HeadingScale(calibration, Untold()), 1, 1e-6) << rounding;
+    for (int i = 0; i < 90; ++i) {
+      calibration.Observe(Motion(0, 0.02), Motion(0, 0.02 + heading_noise(random)), kFrame,
+                          Untold());
+    }
+    EXPECT_NEAR(HeadingScale(calibration, Untold()), 1, 0.005) << rounding;
+  }
+}
+
 // The filter finds the scale by itself, from wheels against gyro: what vision has seen before must
 // not be applied a second time.
 TEST(DrCalibration, TheFilterMayLearnTheSameScale) {

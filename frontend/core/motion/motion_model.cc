@@ -2,7 +2,8 @@
 
 #include <cmath>
 
-#include "frontend/core/tracking/dr_weight.h"
+#include "common/good_weights/camera_motion.h"
+#include "common/good_weights/covariance.h"
 
 namespace gw::frontend {
 namespace {
@@ -33,15 +34,10 @@ Motion MotionModel::Between(Utime a, Utime b) const {
   if (DrPredicts(variant_)) {
     DrNoise noise_B;
     if (const auto increment = dr_.Increment(a, b, kMaxExtrapolation, &noise_B)) {
-      const SE3 T_CB = T_BC_.inverse();
-      const Matrix6d to_camera = T_CB.Adjoint();
       out.T_BaBb_dr = increment->T_BaBb;
-      out.T_ab = T_CB * calibration_.Corrected(out.T_BaBb_dr, dr_.newest()) * T_BC_;
+      out.T_ab = InCamera(calibration_.Corrected(out.T_BaBb_dr, dr_.newest()), T_BC_);
       calibration_.Limit(&noise_B, dr_.newest());
-      out.noise.white = to_camera * noise_B.white * to_camera.transpose();
-      out.noise.lever = to_camera * noise_B.lever;
-      out.noise.coherent = noise_B.coherent;
-      out.noise.kept = noise_B.kept;
+      out.noise = InCamera(noise_B, T_BC_);
       out.weight_cov = DrCovariance(dt, out.noise.Covariance(), dr_weight_);
       // A source that does not tell its noise has the nominal one.
       if (out.noise.Covariance().isZero(0)) out.noise.white = out.weight_cov;

@@ -1,7 +1,5 @@
-// Where the camera will be when the next image comes: by dead reckoning, or at constant velocity
-// where there is none.
-//
-// The one place of the front-end where DR, a body quantity, becomes a camera quantity.
+// Where the camera will be when the next image comes: by dead reckoning (DR), or at constant
+// velocity where there is none.
 #pragma once
 
 #include <optional>
@@ -19,7 +17,7 @@ struct Motion {
   SE3 T_ab;       // camera at the end in the camera at the beginning
   SE3 T_BaBb_dr;  // from_dr: the body, as DR told it, its scale errors still in
   DrNoise noise;  // of T_ab, right perturbation: what the motion's source says of itself
-  // Sigma_d of the weighting (method.md 2): the larger of nominal and reported noise.
+  // Sigma_d of the weighting: DrCovariance in common/good_weights.
   Matrix6d weight_cov = Matrix6d::Identity();
   bool from_dr = false;
   bool slip = false;

@@ -5,24 +5,10 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "common/good_weights/vision_noise.h"
+
 namespace gw::frontend {
 namespace {
-
-// Sigma of the visual estimate, as a multiple of what the inverse of its information says, camera
-// axes. Above one because the errors of an image's landmarks are not independent of each other:
-// they were placed from few views, most of all along the optical axis. Below one where many
-// landmarks at the image's rim over-determine the angle. Measured on simulated drives (stereo), in
-// docs/results.md, consistency.
-Vector6d VisionInflation() {
-  Vector6d scale;
-  scale << 1.85, 1.2, 2.8, 0.95, 1.55, 0.9;
-  return scale;
-}
-
-Matrix6d Inflated(const Matrix6d& cov) {
-  const Vector6d scale = VisionInflation();
-  return scale.asDiagonal() * (0.5 * (cov + cov.transpose())) * scale.asDiagonal();
-}
 
 // Symmetric; directions without variance have none.
 Matrix6d Root(const Matrix6d& cov) {
@@ -32,10 +18,6 @@ Matrix6d Root(const Matrix6d& cov) {
 }
 
 }  // namespace
-
-Matrix6d VisionCovariance(const Matrix6d& vision_information) {
-  return Inflated(vision_information.ldlt().solve(Matrix6d::Identity()));
-}
 
 void PoseUncertainty::Reset(const Matrix6d& cov) {
   cov_ = cov;

@@ -31,9 +31,6 @@
 
 namespace gw::frontend {
 
-// Covariance of a pose that vision found with this information, for known landmarks.
-Matrix6d VisionCovariance(const Matrix6d& vision_information);
-
 class PoseUncertainty {
  public:
   static constexpr double kVisionMemory = 0.5;  // s, of v: how long landmarks stay in use

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/core/random.h"
+#include "common/good_weights/vision_noise.h"
 
 namespace gw::frontend {
 namespace {

@@ -21,7 +21,7 @@ Recovery::Verdict Recovery::Judge(const Finding& found,
   const bool again = before_ && PosesAgree(before_->T_WC * found.T_ab, found.T_WC,
                                            before_->cov + found.cov_ab + found.cov);
   const int images = again ? before_->images + 1 : 1;
-  before_ = Sighting{found.T_WC, found.cov, images};
+  before_ = Streak{found.T_WC, found.cov, images};
   if (expected && PosesAgree(expected->T_WC, found.T_WC, expected->cov + found.cov)) {
     const bool enough = many || (again && !expected->in_doubt);
     return enough ? Verdict::kAsExpected : Verdict::kWait;

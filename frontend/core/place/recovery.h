@@ -52,12 +52,12 @@ class Recovery {
   void Reset() { before_.reset(); }
 
  private:
-  struct Sighting {
+  struct Streak {
     SE3 T_WC;
     Matrix6d cov;
     int images = 1;  // in a row that agree
   };
-  std::optional<Sighting> before_;
+  std::optional<Streak> before_;
 };
 
 }  // namespace gw::frontend

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "frontend/core/map/feature_grid.h"
+#include "common/vision/feature_grid.h"
 #include "frontend/core/place/place_confirmation.h"
 
 namespace gw::frontend {
@@ -36,8 +36,7 @@ void ViewChange::Remember(Utime utime, const FeatureFrame& frame, const std::opt
 
 double ViewChange::ShareSeenAgain(const FeatureFrame& frame, const SE3& T_CbCa) const {
   const FeatureFrame& before = before_->frame;
-  FeatureGrid grid;
-  grid.Build(frame.features, camera_.width, camera_.height);
+  const FeatureGrid grid(frame.features);
   int expected = 0;
   int seen = 0;
   for (size_t i = 0; i < before.features.size(); ++i) {

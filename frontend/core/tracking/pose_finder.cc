@@ -5,9 +5,11 @@
 #include <cmath>
 #include <utility>
 
-#include "common/core/covariance.h"
-#include "frontend/core/place/relocalizer.h"
-#include "frontend/core/tracking/dr_weight.h"
+#include "common/core/random.h"
+#include "common/good_weights/covariance.h"
+#include "common/good_weights/quality.h"
+#include "common/vision/descriptor_pairing.h"
+#include "common/vision/pose_ransac.h"
 
 namespace gw::frontend {
 namespace {
@@ -21,16 +23,17 @@ constexpr int kRelocalizedInliers = 30;     // a pose that does not follow from 
 constexpr float kNearRadius = 10.0F;        // px; what is near has not been seen in the last image
 constexpr float kSecondStageRadius = 6.0F;  // px at level 0: the pose is known by then
 constexpr float kMaxRadius = 80.0F;         // px
+constexpr uint64_t kStream = 0x7265;        // of random draws
 
 }  // namespace
 
 PoseFinder::PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera,
-                       const PyramidScale& scale)
-    : config_(config), camera_(camera), scale_(scale), matcher_(camera, scale) {}
+                       const Pyramid& pyramid)
+    : config_(config), camera_(camera), pyramid_(pyramid), matcher_(camera, pyramid) {}
 
 void PoseFinder::SetImage(const FeatureFrame* frame) {
   frame_ = frame;
-  grid_.Build(frame->features, camera_.width, camera_.height);
+  grid_ = FeatureGrid(frame->features);
   num_close_ = static_cast<int>(std::count_if(frame->features.begin(), frame->features.end(),
                                               [](const Feature& f) { return f.has_depth(); }));
 }
@@ -46,25 +49,19 @@ float PoseFinder::SearchRadius(const Matrix6d& cov) const {
 std::optional<PosePrior> PoseFinder::PriorFor(const PosePrediction& prediction,
                                               const DrScale& scale) const {
   if (!prediction.has_prior || scale.rotation <= 0) return std::nullopt;
-  Vector6d root;
-  root << Eigen::Vector3d::Constant(1 / std::sqrt(scale.translation)),
-      Eigen::Vector3d::Constant(1 / std::sqrt(scale.rotation));
-  const Matrix6d cov = LargerCovariance(
-      root.asDiagonal() * prediction.weight_cov * root.asDiagonal(), prediction.honest_cov);
+  const Matrix6d cov = ScaledCovariance(prediction.weight_cov, scale, prediction.honest_cov);
   return PosePrior{prediction.T_WC, cov.inverse()};
 }
 
 // Pose from the current associations; outliers lose their match.
 void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>& prior,
                           Association* a) const {
-  std::vector<PoseObservation> observations;
+  std::vector<LandmarkObservation> observations;
   std::vector<size_t> feature_of;
   for (size_t i = 0; i < a->match.size(); ++i) {
     if (a->match[i] < 0) continue;
-    const Feature& f = frame_->features[i];
-    const double s = matcher_.LevelScale(f.level);
     observations.push_back(
-        {a->candidates[a->match[i]].point->p_W, f.u, f.v, f.u_right, f.has_depth(), 1.0 / (s * s)});
+        {a->candidates[a->match[i]].point->p_W, PixelOf(frame_->features[i], pyramid_)});
     feature_of.push_back(i);
   }
   a->estimate = OptimizePose(camera_, T_WC_start, observations, prior);
@@ -77,15 +74,14 @@ void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>&
 void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) const {
   a->match.assign(frame_->features.size(), -1);
   a->estimate = PoseEstimate();
-  a->num_first_stage =
-      matcher_.Match(prediction.T_WC, a->candidates, 0, *frame_, grid_, {}, &a->match).num_matched;
+  a->num_first_stage = matcher_.Match(prediction.T_WC, a->candidates, 0, Image(), {}, &a->match);
   int num_close = 0;
   for (size_t i = 0; i < a->match.size(); ++i) {
     num_close += a->match[i] >= 0 && frame_->features[i].has_depth();
   }
-  a->quality = Quality({frame_->num_detected, a->num_first_stage}, config_.dr_weight);
-  a->scale = VariantScale(config_.variant, a->quality,
-                          Quality({num_close_, num_close}, config_.dr_weight), config_.dr_weight);
+  a->quality = ImageQuality({frame_->num_detected, a->num_first_stage}, config_.dr_weight);
+  const double q_close = ImageQuality({num_close_, num_close}, config_.dr_weight);
+  a->scale = PriorScale(config_.variant, a->quality, q_close, config_.dr_weight);
   if (a->num_first_stage >= config_.min_inliers) {
     Estimate(prediction.T_WC, PriorFor(prediction, a->scale), a);
   }
@@ -108,8 +104,8 @@ void PoseFinder::SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeI
   }
   const int first = static_cast<int>(a->candidates.size());
   a->candidates.insert(a->candidates.end(), more.begin(), more.end());
-  matcher_.Match(a->estimate.T_WC, more, first, *frame_, grid_,
-                 {.max_distance = 80, .max_ratio = 0.85}, &a->match);
+  matcher_.Match(a->estimate.T_WC, more, first, Image(), {.max_distance = 80, .max_ratio = 0.85},
+                 &a->match);
   Estimate(a->estimate.T_WC, prior, a);
 }
 
@@ -186,10 +182,13 @@ FoundPose PoseFinder::FindAgain(const SE3& T_WC_near, uint64_t seed, LocalMap* m
   std::vector<const MapPoint*> points;
   KeyframeId reference;
   map->CollectNear(T_WC_near, kLocalKeyframes, &points, &reference);
-  const auto T_WC = Relocalize(camera_, scale_.factor, *frame_, points, config_.min_inliers, seed);
-  if (!T_WC) return none;
+  const auto pairs =
+      PairDescriptors(camera_, pyramid_, frame_->features, frame_->descriptors, points);
+  const auto hypothesis =
+      FindPose(camera_, pairs, config_.min_inliers, CounterRng(seed, kStream, 0));
+  if (!hypothesis) return none;
   PosePrediction prediction;
-  prediction.T_WC = *T_WC;
+  prediction.T_WC = hypothesis->T_WC;
   Association a;
   for (const MapPoint* point : points)
     a.candidates.push_back({point, &point->descriptor, -1, 8.0F});

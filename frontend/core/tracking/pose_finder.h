@@ -15,12 +15,13 @@
 #include "common/camera/camera_model.h"
 #include "common/config/frontend_config.h"
 #include "common/contract/tracking.h"
+#include "common/good_weights/alpha.h"
+#include "common/vision/feature_grid.h"
 #include "common/vision/pose_optimizer.h"
+#include "common/vision/pyramid.h"
 #include "frontend/core/features/feature_frame.h"
-#include "frontend/core/map/feature_grid.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/map/projection_matcher.h"
-#include "frontend/core/tracking/dr_weight.h"
 
 namespace gw::frontend {
 
@@ -56,8 +57,7 @@ struct FoundPose {
 
 class PoseFinder {
  public:
-  PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera,
-             const PyramidScale& scale);
+  PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera, const Pyramid& pyramid);
 
   // To be called first for every image.
   void SetImage(const FeatureFrame* frame);
@@ -78,6 +78,7 @@ class PoseFinder {
 
   float SearchRadius(const Matrix6d& cov) const;
   std::optional<PosePrior> PriorFor(const PosePrediction& prediction, const DrScale& scale) const;
+  SearchableImage Image() const { return {frame_->features, frame_->descriptors, grid_}; }
   void FirstStage(const PosePrediction& prediction, Association* a) const;
   void Estimate(const SE3& T_WC_start, const std::optional<PosePrior>& prior, Association* a) const;
   void SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeId* reference, LocalMap* map,
@@ -86,7 +87,7 @@ class PoseFinder {
 
   FrontendConfig config_;
   RectifiedCamera camera_;
-  PyramidScale scale_;
+  Pyramid pyramid_;
   ProjectionMatcher matcher_;
   FeatureGrid grid_;
   const FeatureFrame* frame_ = nullptr;

@@ -4,6 +4,9 @@
 #include <map>
 #include <utility>
 
+#include "common/good_weights/camera_motion.h"
+#include "common/good_weights/quality.h"
+#include "common/good_weights/vision_noise.h"
 #include "frontend/core/features/rolling_shutter.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/motion/motion_model.h"
@@ -13,6 +16,7 @@
 #include "frontend/core/place/view_change.h"
 #include "frontend/core/tracking/keyframe_chain.h"
 #include "frontend/core/tracking/pose_finder.h"
+#include "frontend/core/tracking/tracking_state.h"
 
 namespace gw::frontend {
 namespace {
@@ -21,8 +25,6 @@ constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
 // A correction larger than this is announced (status RECOVERING).
 constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
-// DR counts noticeably from this share of the pose's information.
-constexpr double kNoticeableShare = 0.2;
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
 
@@ -34,8 +36,8 @@ class Tracker::Impl {
       : config_(config),
         camera_(geometry.rectified),
         extractor_(std::move(extractor)),
-        finder_(config, camera_, {config.orb.scale_factor, config.orb.num_levels}),
-        map_(camera_, {config.orb.scale_factor, config.orb.num_levels}),
+        finder_(config, camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
+        map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         motion_(camera_, config),
         view_(camera_),
         chain_(config) {}
@@ -51,22 +53,43 @@ class Tracker::Impl {
   bool has_map() const { return map_known_; }
 
  private:
-  bool VisionBroken() const { return !placed_ || utime_ != last_vision_; }
+  // One image on its way to a pose.
+  struct Image {
+    Utime utime;
+    const FeatureFrame* frame = nullptr;
+    Motion motion;       // since the image before; where hinted, from the hint
+    SE3 T_ab;            // since the image before, in any case
+    SE3 T_WC_before;     // where the motion begins
+    SE3 T_WC_predicted;  // and ends
+    bool hinted = false;
+    FoundPose found;
+    bool snapped = false;  // found from a confirmed place, and believed
+  };
+
+  bool VisionBroken() const { return state_ != TrackingState::kTracking; }
+  bool placed() const { return IsPlaced(state_); }
   bool map_there() const { return map_known_ && !map_.empty(); }
-  FoundPose Find(const SE3& T_WC_predicted, const Motion& motion, Utime utime);
+
+  TrackerOutput Refuse(TrackerOutput out) const;
+  Image Predict(Utime utime);
+  void Locate(Image* image);
+  FoundPose Find(const Image& image);
   FoundPose FindAnywhere(Utime utime);
-  bool TakePlace(const Motion& motion, Utime utime, FoundPose* found);
-  bool Believable(const FoundPose& found, const Motion& motion, const SE3& T_ab, bool hinted);
-  PlaceEvidence Evidence(const FramePose& report, int num_inliers) const;
-  void Accept(const FoundPose& found, const FeatureFrame& frame, const Motion& motion,
-              const SE3& T_WC_predicted, FramePose* report);
+  bool TakePlace(Image* image);
+  bool IsBelieved(const Image& image, const FramePose& report);
+  bool Believable(const Image& image);
+  PlaceEvidence Evidence(const Image& image, const FramePose& report, bool placed,
+                         int num_inliers) const;
+  void Accept(const Image& image, FramePose* report, ImageOutcome* outcome);
+  void GoOnWithout(const Image& image, FramePose* report, const ImageOutcome& outcome);
+  void Judge(Image* image, TrackerOutput* out);
+  void CompareViews(const Image& image);
+  void ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome);
   bool BeginsMap(const FeatureFrame& frame) const;
   bool ContinuesMap(bool vision, const Motion& motion) const;
   Keyframe MakeKeyframe(const FeatureFrame& frame, const FoundPose& found, const FramePose& report);
   void FillPose(FramePose* report) const;
   void FillMotion(FramePose* report);
-  void ConsiderPlace(const FeatureFrame& frame, const PlaceEvidence& evidence, bool hinted,
-                     TrackerOutput* out);
 
   FrontendConfig config_;
   RectifiedCamera camera_;
@@ -75,17 +98,16 @@ class Tracker::Impl {
   LocalMap map_;
   MotionModel motion_;
   FeatureFrame frame_;
+  FeatureFrame corrected_;  // of the newest image, without its rolling shutter
   ViewChange view_;
-  bool other_view_ = false;  // of the newest image
+  bool other_view_ = false;  // the newest image shows nothing of the one before
 
   bool map_known_ = false;   // a snapshot has come
   bool map_frozen_ = false;  // the back-end takes in no keyframes: none are made
-  bool has_image_ = false;
-  bool placed_ = false;  // the pose refers to the map, not only to the start of this process
-  Utime utime_;          // of the last image
+  TrackingState state_ = TrackingState::kStart;
+  Utime utime_;  // of the last image
   SE3 T_WC_;
   PoseUncertainty uncertainty_;  // of T_WC_
-  Utime last_vision_;            // the last image whose pose came from vision
   Recovery recovery_;
   std::vector<TrackedPoint> tracked_;
   std::optional<Pose> hint_;
@@ -97,9 +119,11 @@ class Tracker::Impl {
   KeyframeChain chain_;
 };
 
-FoundPose Tracker::Impl::Find(const SE3& T_WC_predicted, const Motion& motion, Utime utime) {
+// Around the prediction.
+FoundPose Tracker::Impl::Find(const Image& image) {
+  const Motion& motion = image.motion;
   PosePrediction prediction;
-  prediction.T_WC = T_WC_predicted;
+  prediction.T_WC = image.T_WC_predicted;
   prediction.search_cov = motion.weight_cov;
   prediction.has_prior = motion.from_dr;
   prediction.weight_cov = motion.weight_cov;
@@ -115,7 +139,7 @@ FoundPose Tracker::Impl::Find(const SE3& T_WC_predicted, const Motion& motion, U
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
   if (!found.found && !motion.from_dr) {
-    FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(utime.us), &map_);
+    FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image.utime.us), &map_);
     if (again.found) return again;
   }
   return found;
@@ -134,83 +158,111 @@ FoundPose Tracker::Impl::FindAnywhere(Utime utime) {
 
 // Tracks the image from the confirmed place, which is taken over when the image is seen there. Call
 // after uncertainty_ was predicted.
-bool Tracker::Impl::TakePlace(const Motion& motion, Utime utime, FoundPose* found) {
+bool Tracker::Impl::TakePlace(Image* image) {
   const auto T_OC = motion_.OdometryPose(utime_);
   if (!T_OC) return false;
+  const Motion& motion = image->motion;
   const SE3 T_WC = confirmed_->T_WO * *T_OC;  // of the last image
   const SE3 T_WC_predicted = T_WC * motion.T_ab;
   PoseUncertainty uncertainty;
   uncertainty.Reset(confirmed_->cov_T_WC);
-  uncertainty.Predict(motion.T_ab, motion.noise, utime - utime_);
+  uncertainty.Predict(motion.T_ab, motion.noise, image->utime - utime_);
   PosePrediction prediction;
   prediction.T_WC = T_WC_predicted;
   prediction.search_cov = uncertainty.cov() + motion.weight_cov;
   prediction.has_prior = motion.from_dr;
   prediction.weight_cov = prediction.honest_cov = prediction.search_cov;
   prediction.vision_broken = true;
-  *found = finder_.Follow(prediction, {}, {}, &map_);
-  if (!found->found) return false;
-  const PoseEstimate& e = found->estimate;
+  image->found = finder_.Follow(prediction, {}, {}, &map_);
+  if (!image->found.found) return false;
+  const PoseEstimate& e = image->found.estimate;
   if (!SamePlace(T_WC_predicted.inverse() * e.T_WC)) return false;
-  // Dead reckoning does not lead from the last keyframe to here.
-  const bool carried = place_.in_doubt() || !PosesAgree(T_WC_ * motion.T_ab, e.T_WC,
+  const bool carried = place_.in_doubt() || !PosesAgree(image->T_WC_predicted, e.T_WC,
                                                         uncertainty_.cov() + motion.weight_cov +
                                                             VisionCovariance(e.vision_information));
+  // Dead reckoning then does not lead from the last keyframe to here.
   if (carried) chain_.Break();
-  T_WC_ = T_WC;
+  image->T_WC_before = T_WC;
+  image->T_WC_predicted = T_WC_predicted;
   uncertainty_ = uncertainty;
-  placed_ = true;
   return true;
 }
 
-// Of a pose that vision finds after it was broken. T_ab: motion since the last image. Call after
-// uncertainty_ was predicted.
-bool Tracker::Impl::Believable(const FoundPose& found, const Motion& motion, const SE3& T_ab,
-                               bool hinted) {
-  const Matrix6d cov = VisionCovariance(found.estimate.vision_information);
+// Finds the pose of the image in the map, if there is one.
+void Tracker::Impl::Locate(Image* image) {
+  finder_.SetImage(image->frame);
+  image->snapped = confirmed_ && TakePlace(image);
+  confirmed_.reset();
+  if (image->snapped) return;
+  image->found = placed() || image->hinted ? Find(*image) : FindAnywhere(image->utime);
+}
+
+// Whether a pose that vision finds after it was broken is to be believed. Call after uncertainty_
+// was predicted.
+bool Tracker::Impl::Believable(const Image& image) {
+  const PoseEstimate& e = image.found.estimate;
+  const Matrix6d cov = VisionCovariance(e.vision_information);
+  const Matrix6d& motion_cov = image.motion.weight_cov;
   std::optional<Recovery::Expectation> expected;
-  if (placed_ || hinted) {
-    expected = Recovery::Expectation{T_WC_ * motion.T_ab, uncertainty_.cov() + motion.weight_cov,
+  if (placed() || image.hinted) {
+    expected = Recovery::Expectation{image.T_WC_predicted, uncertainty_.cov() + motion_cov,
                                      place_.in_doubt()};
   }
-  const Recovery::Verdict verdict = recovery_.Judge(
-      {found.estimate.T_WC, cov, found.estimate.num_inliers, T_ab, motion.weight_cov}, expected);
+  const Recovery::Verdict verdict =
+      recovery_.Judge({e.T_WC, cov, e.num_inliers, image.T_ab, motion_cov}, expected);
   // Dead reckoning does not lead from the last keyframe to here.
   if (verdict == Recovery::Verdict::kElsewhere) chain_.Break();
   return verdict != Recovery::Verdict::kWait;
 }
 
+// Whether the pose that vision found is taken over. What it finds after it was broken has to be
+// believed; without dead reckoning there is nothing to hold against it, but that the place is in
+// doubt or not known.
+bool Tracker::Impl::IsBelieved(const Image& image, const FramePose& report) {
+  if (image.snapped) return true;
+  const bool judged = VisionBroken() && (image.motion.from_dr || !placed() || place_.in_doubt());
+  if (judged) return Believable(image);
+  return !place_.Contradicts(Evidence(image, report, placed(), image.found.estimate.num_inliers));
+}
+
 // Takes over the pose of an image that vision carries.
-void Tracker::Impl::Accept(const FoundPose& found, const FeatureFrame& frame, const Motion& motion,
-                           const SE3& T_WC_predicted, FramePose* report) {
+void Tracker::Impl::Accept(const Image& image, FramePose* report, ImageOutcome* outcome) {
+  const FoundPose& found = image.found;
   const PoseEstimate& e = found.estimate;
   if (e.prior_information.squaredNorm() > 0) {
     // Shares are compared in units of the DR noise, so that metres and radians can be added.
-    const Matrix6d& unit = motion.weight_cov;
+    const Matrix6d& unit = image.motion.weight_cov;
     const double prior = (unit * e.prior_information).trace();
     report->dr_share = prior / (prior + (unit * e.vision_information).trace());
   }
   report->num_inliers = e.num_inliers;
   report->reason = TrackingReason::kNone;
-  report->status =
-      report->dr_share > kNoticeableShare ? TrackingStatus::kDegraded : TrackingStatus::kTracking;
-  if (VisionBroken() && placed_) {
-    const SE3 snap = T_WC_predicted.inverse() * e.T_WC;
-    if (snap.translation().norm() > kSnapTranslation ||
-        LogSO3(snap.rotation()).norm() > kSnapRotation) {
-      report->status = TrackingStatus::kRecovering;
-    }
-  }
+  const SE3 correction = image.T_WC_predicted.inverse() * e.T_WC;
+  outcome->corrected = image.snapped || (state_ == TrackingState::kBlind &&
+                                         (correction.translation().norm() > kSnapTranslation ||
+                                          LogSO3(correction.rotation()).norm() > kSnapRotation));
   uncertainty_.Update(e.vision_information, e.prior_information);
   T_WC_ = e.T_WC;
   reference_ = found.reference;
   tracked_.clear();
   for (size_t i = 0; i < found.landmarks.size(); ++i) {
     if (!found.landmarks[i].valid()) continue;
-    tracked_.push_back({found.landmarks[i], frame.descriptors[i], frame.features[i].level});
+    const Feature& f = image.frame->features[i];
+    tracked_.push_back({found.landmarks[i], image.frame->descriptors[i], f.level});
   }
   recovery_.Reset();
-  placed_ = true;
+}
+
+// Without a pose from vision that is believed.
+void Tracker::Impl::GoOnWithout(const Image& image, FramePose* report,
+                                const ImageOutcome& outcome) {
+  if (outcome.unconfirmed) {
+    report->reason = TrackingReason::kPoseJump;
+  } else {
+    recovery_.Reset();
+  }
+  T_WC_ = image.T_WC_predicted;
+  report->dr_share = image.motion.from_dr ? 1.0 : 0.0;
 }
 
 // There is no map yet, and this image shows enough to begin it.
@@ -224,7 +276,7 @@ bool Tracker::Impl::BeginsMap(const FeatureFrame& frame) const {
 // An image may become a keyframe when it is known where it was taken, by vision or dead reckoning.
 bool Tracker::Impl::ContinuesMap(bool vision, const Motion& motion) const {
   if (map_frozen_ || (map_known_ && map_.empty()) || place_.in_doubt()) return false;
-  return vision || (placed_ && motion.from_dr && DrInLocalBa(config_.variant));
+  return vision || (placed() && motion.from_dr && DrInLocalBa(config_.variant));
 }
 
 Keyframe Tracker::Impl::MakeKeyframe(const FeatureFrame& frame, const FoundPose& found,
@@ -272,6 +324,48 @@ TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
   return Track(frame.utime, frame.seq, frame_, problem);
 }
 
+// Of an image that is not newer than the one before.
+TrackerOutput Tracker::Impl::Refuse(TrackerOutput out) const {
+  out.pose.reason = TrackingReason::kTimeReversed;
+  out.pose.status = StatusOf(state_, {.time_reversed = true});
+  FillPose(&out.pose);
+  return out;
+}
+
+// Where the image should have been taken, and how sure that is.
+Tracker::Impl::Image Tracker::Impl::Predict(Utime utime) {
+  Image image;
+  image.utime = utime;
+  if (state_ == TrackingState::kStart) {
+    T_WC_ = motion_.FirstPose(utime);
+    uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
+  } else {
+    image.motion = motion_.Between(utime_, utime);
+    uncertainty_.Predict(image.motion.T_ab, image.motion.noise, utime - utime_);
+  }
+  image.T_ab = image.motion.T_ab;
+  image.hinted = !placed() && hint_ && !map_.empty();
+  if (image.hinted) {
+    // From where POSE of the DR process says that the body was, in place of the last image's pose.
+    T_WC_ = hint_->T_WB * camera_.T_BC;
+    image.motion.T_ab = SE3();
+    uncertainty_.Reset(InCamera(hint_->cov_T_WB, camera_.T_BC));
+  }
+  image.T_WC_before = T_WC_;
+  image.T_WC_predicted = T_WC_ * image.motion.T_ab;
+  return image;
+}
+
+// Whether the image shows another scene than the one before. Many inliers answer the question; else
+// the images are compared.
+void Tracker::Impl::CompareViews(const Image& image) {
+  const std::optional<SE3> T_OC = motion_.OdometryPose(image.utime);
+  const bool weak = VisionBroken() || !image.found.found ||
+                    image.found.estimate.num_inliers < PlaceConfirmation::kByChance;
+  other_view_ = weak && view_.Changed(image.utime, *image.frame, T_OC);
+  view_.Remember(image.utime, *image.frame, T_OC);
+}
+
 TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame& seen,
                                    TrackingReason image_problem) {
   TrackerOutput out;
@@ -279,148 +373,106 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   report.utime = utime;
   report.seq = seq;
   report.num_detected = seen.num_detected;
-  if (has_image_ && utime <= utime_) {
-    report.reason = TrackingReason::kTimeReversed;
-    report.status = placed_ ? TrackingStatus::kDegraded : TrackingStatus::kLost;
-    FillPose(&report);
-    return out;
-  }
+  if (state_ != TrackingState::kStart && utime <= utime_) return Refuse(std::move(out));
 
-  Motion motion;
-  if (has_image_) {
-    motion = motion_.Between(utime_, utime);
-    uncertainty_.Predict(motion.T_ab, motion.noise, utime - utime_);
-  } else {
-    T_WC_ = motion_.FirstPose(utime);
-    uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
-  }
-  const SE3 T_ab = motion.T_ab;
-  const bool hinted = !placed_ && hint_ && !map_.empty();
-  if (hinted) {
-    // From where POSE of the DR process says that the body was, in place of the last image's pose.
-    T_WC_ = hint_->T_WB * camera_.T_BC;
-    motion.T_ab = SE3();
-    const Matrix6d to_camera = camera_.T_BC.inverse().Adjoint();
-    uncertainty_.Reset(to_camera * hint_->cov_T_WB * to_camera.transpose());
-  }
-
-  FeatureFrame corrected;
-  const FeatureFrame* frame = &seen;
-  if (camera_.readout_s > 0 && has_image_) {
-    corrected = seen;
+  Image image = Predict(utime);
+  image.frame = &seen;
+  if (camera_.readout_s > 0 && state_ != TrackingState::kStart) {
+    corrected_ = seen;
     UndoRollingShutter(camera_, camera_.readout_s,
-                       T_ab.Log().tail<3>() / (utime - utime_).seconds(), &corrected.features);
-    frame = &corrected;
+                       image.T_ab.Log().tail<3>() / (utime - utime_).seconds(),
+                       &corrected_.features);
+    image.frame = &corrected_;
   }
-
-  FoundPose found;
   report.reason = image_problem;
-  bool snapped = false;
   if (image_problem == TrackingReason::kNone) {
     report.reason = TrackingReason::kNoMap;
     if (map_there()) {
-      finder_.SetImage(frame);
-      snapped = confirmed_ && TakePlace(motion, utime, &found);
-      confirmed_.reset();
-      if (!snapped) {
-        found = placed_ || hinted ? Find(T_WC_ * motion.T_ab, motion, utime) : FindAnywhere(utime);
-      }
-      report.num_tracked = found.num_tracked;
-      report.q = found.q;
-      report.alpha = motion.from_dr ? found.scale.rotation : 0;
-      report.reason = found.reason;
+      Locate(&image);
+      report.num_tracked = image.found.num_tracked;
+      report.q = image.found.q;
+      report.alpha = image.motion.from_dr ? image.found.scale.rotation : 0;
+      report.reason = image.found.reason;
     }
   }
-  // Many inliers answer the question; else the images are compared.
-  const std::optional<SE3> T_OC = motion_.OdometryPose(utime);
-  const bool weak =
-      VisionBroken() || !found.found || found.estimate.num_inliers < PlaceConfirmation::kByChance;
-  other_view_ = weak && view_.Changed(utime, *frame, T_OC);
-  view_.Remember(utime, *frame, T_OC);
-
-  const SE3 T_WC_before = T_WC_;
-  const SE3 T_WC_predicted = T_WC_ * motion.T_ab;
-  bool vision = found.found;
-  if (vision && !snapped) {
-    // What vision finds after it was broken has to be believed; without dead reckoning there is
-    // nothing to hold against it, but that the place is in doubt or not known.
-    const bool judged = VisionBroken() && (motion.from_dr || !placed_ || place_.in_doubt());
-    vision = judged ? Believable(found, motion, T_ab, hinted)
-                    : !place_.Contradicts(Evidence(report, found.estimate.num_inliers));
-    if (!vision) report.reason = TrackingReason::kPoseJump;
-  }
-  const bool unconfirmed = found.found && !vision;
-
-  if (vision) {
-    const bool in_a_row = !VisionBroken();
-    Accept(found, *frame, motion, T_WC_predicted, &report);
-    if (has_image_) {
-      motion_.Observe(T_WC_before.inverse() * T_WC_, motion, utime_, utime,
-                      in_a_row && VisionMayJudgeDr(report));
-    }
-    last_vision_ = utime;
-  } else {
-    found = FoundPose{};
-    if (!unconfirmed) recovery_.Reset();
-    T_WC_ = T_WC_predicted;
-    motion_.ObserveNothing();
-    report.dr_share = motion.from_dr ? 1.0 : 0.0;
-    report.status = unconfirmed      ? TrackingStatus::kRecovering
-                    : motion.from_dr ? TrackingStatus::kDrOnly
-                                     : TrackingStatus::kLost;
-    if (!map_there()) report.status = TrackingStatus::kInitializing;
-  }
-  if (snapped) report.status = TrackingStatus::kRecovering;
-  PlaceEvidence evidence = Evidence(report, vision ? report.num_inliers : 0);
-  evidence.relocalised = snapped;
-  ConsiderPlace(*frame, evidence, hinted, &out);
-  chain_.Observe(has_image_ ? T_WC_before.inverse() * T_WC_ : SE3(),
-                 !vision && report.num_detected >= config_.keyframe_min_close);
-  utime_ = utime;
-  has_image_ = true;
-  hint_.reset();
-
-  if (BeginsMap(*frame)) {
-    report.status = TrackingStatus::kTracking;
-    report.reason = TrackingReason::kNone;
-    last_vision_ = utime;
-    placed_ = true;
-    out.keyframe = MakeKeyframe(*frame, found, report);
-  } else if (ContinuesMap(vision, motion) &&
-             chain_.WantsNext(utime, *frame, found, map_.NumLandmarks(reference_))) {
-    out.keyframe = MakeKeyframe(*frame, found, report);
-  }
+  CompareViews(image);
+  Judge(&image, &out);
   FillPose(&report);
   FillMotion(&report);
   return out;
 }
 
+// From what was found to a pose, a status, and perhaps a keyframe.
+void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
+  FramePose& report = out->pose;
+  ImageOutcome outcome;
+  outcome.map_there = map_there();
+  outcome.from_dr = image->motion.from_dr;
+  outcome.vision = image->found.found && IsBelieved(*image, report);
+  outcome.unconfirmed = image->found.found && !outcome.vision;
+  outcome.begins_map = BeginsMap(*image->frame);
+  if (outcome.vision) {
+    Accept(*image, &report, &outcome);
+  } else {
+    GoOnWithout(*image, &report, outcome);
+    image->found = FoundPose{};
+  }
+  outcome.dr_share = report.dr_share;
+  ConsiderPlace(*image, out, &outcome);
+  report.status = StatusOf(state_, outcome);
+  if (outcome.begins_map) report.reason = TrackingReason::kNone;
+
+  const bool first = state_ == TrackingState::kStart;
+  const SE3 T_ab = image->T_WC_before.inverse() * T_WC_;
+  if (!outcome.vision) {
+    motion_.ObserveNothing();
+  } else if (!first) {
+    motion_.Observe(T_ab, image->motion, utime_, image->utime,
+                    !VisionBroken() && VisionMayJudgeDr(report));
+  }
+  chain_.Observe(first ? SE3() : T_ab,
+                 !outcome.vision && report.num_detected >= config_.keyframe_min_close);
+  state_ = NextState(state_, outcome);
+  utime_ = image->utime;
+  hint_.reset();
+  const bool due =
+      ContinuesMap(outcome.vision, image->motion) &&
+      chain_.WantsNext(image->utime, *image->frame, image->found, map_.NumLandmarks(reference_));
+  if (outcome.begins_map || due) {
+    out->keyframe = MakeKeyframe(*image->frame, image->found, report);
+  }
+}
+
 // What an image tells of the place; num_inliers: of the pose from vision, 0 when it has none.
-PlaceEvidence Tracker::Impl::Evidence(const FramePose& report, int num_inliers) const {
+PlaceEvidence Tracker::Impl::Evidence(const Image& image, const FramePose& report, bool placed,
+                                      int num_inliers) const {
   PlaceEvidence e;
-  e.utime = report.utime;
-  e.placed = placed_;
+  e.utime = image.utime;
+  e.placed = placed;
   e.map_there = map_there();
   e.num_inliers = num_inliers;
+  e.relocalised = image.snapped;
   e.num_detected = report.num_detected;
   e.other_view = other_view_;
-  e.T_OC = motion_.OdometryPose(report.utime);
+  e.T_OC = motion_.OdometryPose(image.utime);
   return e;
 }
 
 // Doubt and questions about where this image was taken. Call when its pose is decided, before a
 // keyframe is made of it.
-void Tracker::Impl::ConsiderPlace(const FeatureFrame& frame, const PlaceEvidence& evidence,
-                                  bool hinted, TrackerOutput* out) {
+void Tracker::Impl::ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome) {
   FramePose& report = out->pose;
+  const bool placed_now = placed() || outcome->vision;
+  const PlaceEvidence evidence =
+      Evidence(image, report, placed_now, outcome->vision ? report.num_inliers : 0);
   if (place_.Observe(evidence)) {
-    out->query = PlaceQuery{report.utime, 0, frame.features, frame.descriptors};
+    out->query = PlaceQuery{report.utime, 0, image.frame->features, image.frame->descriptors};
   }
   // An empty map begins where this tracker is.
-  const bool known = placed_ || hinted || (map_known_ && map_.empty());
+  const bool known = placed_now || image.hinted || (map_known_ && map_.empty());
   claims_place_ = known && !place_.in_doubt();
   if (claims_place_ || !evidence.map_there) return;
-  report.status = TrackingStatus::kRecovering;
+  outcome->place_known = false;
   report.reason = known ? TrackingReason::kPoseJump : TrackingReason::kPlaceUnknown;
 }
 
@@ -463,7 +515,7 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
 
 void Tracker::Impl::Push(const Pose& pose) {
   const double variance = pose.cov_T_WB.diagonal().head<3>().maxCoeff();
-  if (!placed_ && pose.has_map && variance < kHintSigma * kHintSigma) hint_ = pose;
+  if (!placed() && pose.has_map && variance < kHintSigma * kHintSigma) hint_ = pose;
 }
 
 void Tracker::Impl::Push(const PlaceMatch& match) {
@@ -475,7 +527,7 @@ void Tracker::Impl::Push(const PlaceMatch& match) {
 MapRequest Tracker::Impl::Request() const {
   MapRequest request;
   request.utime = utime_;
-  request.has_guess = placed_ || hint_.has_value();
+  request.has_guess = placed() || hint_.has_value();
   request.T_WC_guess = hint_ ? hint_->T_WB * camera_.T_BC : T_WC_;
   return request;
 }

@@ -1,7 +1,9 @@
-#include "backend/core/bundle/dr_weights.h"
+#include "backend/core/bundle/connection.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "common/good_weights/alpha.h"
+#include "common/good_weights/quality.h"
 
 namespace gw::backend {
 namespace {
@@ -14,7 +16,7 @@ bool HasDepth(const Map& map, const Observation& observation) {
 
 // Lack of quality of the edge that ends at `to`; a keyframe without an edge lacks nothing.
 double Lack(const Map& map, const MapKeyframe& to, double reference) {
-  return to.frame.previous.valid() ? 1.0 - EdgeQuality(map, to.frame.id, reference) : 0.0;
+  return to.frame.previous.valid() ? 1.0 - QualityOfEdge(map, to.frame.id, reference) : 0.0;
 }
 
 }  // namespace
@@ -33,12 +35,12 @@ int SharedCloseLandmarks(const Map& map, KeyframeId a, KeyframeId b) {
   return shared;
 }
 
-double EdgeQuality(const Map& map, KeyframeId to, double connection_reference) {
+double QualityOfEdge(const Map& map, KeyframeId to, double connection_reference) {
   const MapKeyframe& keyframe = map.keyframes().at(to);
   const double shared = map.FindKeyframe(keyframe.frame.previous) == nullptr
                             ? 0
                             : SharedCloseLandmarks(map, to, keyframe.frame.previous);
-  return std::clamp(std::min(shared / connection_reference, keyframe.frame.q), 0.0, 1.0);
+  return EdgeQuality(shared, connection_reference, keyframe.frame.q);
 }
 
 double SmoothedLack(const Map& map, KeyframeId to, double connection_reference) {
@@ -46,12 +48,10 @@ double SmoothedLack(const Map& map, KeyframeId to, double connection_reference) 
   double largest = Lack(map, *centre, connection_reference);
   for (const bool forward : {false, true}) {
     const MapKeyframe* at = centre;
-    double fade = 1.0;
-    for (int hop = 0; hop < kSmoothingHops; ++hop) {
+    for (int hops = 1; hops <= kSmoothingHops; ++hops) {
       at = map.FindKeyframe(forward ? at->next : at->frame.previous);
       if (at == nullptr) break;
-      fade *= 0.5;
-      largest = std::max(largest, fade * Lack(map, *at, connection_reference));
+      largest = std::max(largest, LackReaching(Lack(map, *at, connection_reference), hops));
     }
   }
   return largest;
@@ -75,20 +75,13 @@ double ConnectionReference(const Map& map, const DrWeightConfig& config) {
   return std::max(kInitialConnectionReference, *middle);
 }
 
-double DrScale(double lack, Variant variant, const DrWeightConfig& config) {
-  if (!DrInLocalBa(variant)) return 0;
-  if (variant == Variant::kFixed) return config.fixed_alpha;
-  if (variant == Variant::kSwitch) return 1.0 - lack < config.switch_q ? config.alpha_max : 0;
-  return config.alpha_min *
-         std::pow(config.alpha_max / config.alpha_min, std::clamp(lack, 0.0, 1.0));
-}
-
 double DrEdgeScale(const Map& map, const MappingContext& context, KeyframeId to,
                    double connection_reference) {
   const MapKeyframe& keyframe = *map.FindKeyframe(to);
   if (!keyframe.frame.dr || map.FindKeyframe(keyframe.frame.previous) == nullptr) return 0;
   if (keyframe.dr_alpha > 0) return keyframe.dr_alpha;
-  return DrScale(SmoothedLack(map, to, connection_reference), context.variant, context.dr_weight);
+  const double q = 1.0 - SmoothedLack(map, to, connection_reference);
+  return EdgeScale(context.variant, q, context.dr_weight);
 }
 
 }  // namespace gw::backend

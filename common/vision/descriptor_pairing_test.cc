@@ -1,4 +1,4 @@
-#include "common/vision/nearest_two.h"
+#include "common/vision/descriptor_pairing.h"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@ namespace {
 
 struct Point {
   Descriptor descriptor{};
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
 };
 
 // A point whose descriptor has this many bits set: its distance to the descriptor of zeros.
@@ -44,6 +45,25 @@ TEST(NearestTwo, WithoutASecondItsDistanceIsBeyondAll) {
   EXPECT_EQ(Nearest({WithBits(256)}).best, 256);
   EXPECT_EQ(Nearest({WithBits(256)}).second, 257);
   EXPECT_EQ(Nearest({}).best, 257);
+}
+
+TEST(PairDescriptors, TakesUnmistakablePairsAndEachLandmarkOnce) {
+  RectifiedCamera camera;
+  camera.fx = camera.fy = 400;
+  const std::vector<Point> points = {WithBits(0), WithBits(100), WithBits(104), WithBits(200)};
+  std::vector<const Point*> pointers;
+  for (const Point& point : points) pointers.push_back(&point);
+  std::vector<Feature> features(5);
+  for (Feature& f : features) f.depth = 2;
+  features[1].u = 10;  // as near to the first landmark as can be
+  features[4].depth = -1;
+  const std::vector<Descriptor> descriptors = {WithBits(8).descriptor, WithBits(1).descriptor,
+                                               WithBits(102).descriptor,   // between two
+                                               WithBits(150).descriptor,   // far from all
+                                               WithBits(200).descriptor};  // without depth
+  const auto pairs = PairDescriptors(camera, Pyramid(1.2, 8), features, descriptors, pointers);
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_EQ(pairs[0].uv.x(), 10);
 }
 
 }  // namespace

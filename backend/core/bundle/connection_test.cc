@@ -1,8 +1,8 @@
-#include "backend/core/bundle/dr_weights.h"
+#include "backend/core/bundle/connection.h"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include "common/good_weights/alpha.h"
 
 namespace gw::backend {
 namespace {
@@ -38,42 +38,26 @@ std::vector<double> Alphas(const Map& map, double reference) {
   std::vector<double> out;
   for (const auto& [id, keyframe] : map.keyframes()) {
     if (!keyframe.frame.previous.valid()) continue;
-    out.push_back(DrScale(SmoothedLack(map, id, reference), Variant::kFull, {}));
+    out.push_back(EdgeScale(Variant::kFull, 1.0 - SmoothedLack(map, id, reference), {}));
   }
   return out;
 }
 
-TEST(DrScale, GoesFromAlphaMinToAlphaMax) {
-  EXPECT_DOUBLE_EQ(DrScale(0, Variant::kFull, {}), 1e-1);
-  EXPECT_DOUBLE_EQ(DrScale(1, Variant::kFull, {}), 1e3);
-  EXPECT_NEAR(DrScale(0.5, Variant::kFull, {}), 10, 1e-9);  // half way in the logarithm
-}
-
-TEST(DrScale, FollowsTheVariant) {
-  for (const Variant v : {Variant::kNone, Variant::kDa, Variant::kPe}) {
-    EXPECT_EQ(DrScale(1, v, {}), 0);
-  }
-  EXPECT_GT(DrScale(0, Variant::kLba, {}), 0);
-  EXPECT_EQ(DrScale(0.3, Variant::kFixed, {.fixed_alpha = 7}), 7);
-  EXPECT_EQ(DrScale(0.5, Variant::kSwitch, {.switch_q = 0.3}), 0);
-  EXPECT_EQ(DrScale(0.8, Variant::kSwitch, {.switch_q = 0.3}), 1e3);
-}
-
-TEST(EdgeQuality, IsTheShareOfTheReferenceConnection) {
+TEST(QualityOfEdge, IsTheShareOfTheReferenceConnection) {
   const Map map = Chain({100, 0, 50, 200});
-  EXPECT_DOUBLE_EQ(EdgeQuality(map, {2}, 100), 1.0);
-  EXPECT_DOUBLE_EQ(EdgeQuality(map, {3}, 100), 0.0);
-  EXPECT_DOUBLE_EQ(EdgeQuality(map, {4}, 100), 0.5);
-  EXPECT_DOUBLE_EQ(EdgeQuality(map, {5}, 100), 1.0);
+  EXPECT_DOUBLE_EQ(QualityOfEdge(map, {2}, 100), 1.0);
+  EXPECT_DOUBLE_EQ(QualityOfEdge(map, {3}, 100), 0.0);
+  EXPECT_DOUBLE_EQ(QualityOfEdge(map, {4}, 100), 0.5);
+  EXPECT_DOUBLE_EQ(QualityOfEdge(map, {5}, 100), 1.0);
 }
 
-TEST(EdgeQuality, IsNotBetterThanTheTrackingOfItsNewerEnd) {
+TEST(QualityOfEdge, IsNotBetterThanTheTrackingOfItsNewerEnd) {
   const Map map = Chain({100, 20}, 200, 0.3);
-  EXPECT_DOUBLE_EQ(EdgeQuality(map, {2}, 100), 0.3);
-  EXPECT_DOUBLE_EQ(EdgeQuality(map, {3}, 100), 0.2);
+  EXPECT_DOUBLE_EQ(QualityOfEdge(map, {2}, 100), 0.3);
+  EXPECT_DOUBLE_EQ(QualityOfEdge(map, {3}, 100), 0.2);
 }
 
-TEST(EdgeQuality, CountsLandmarksWithDepthOnly) {
+TEST(QualityOfEdge, CountsLandmarksWithDepthOnly) {
   Map map = Chain({100});
   Keyframe far = map.FindKeyframe({2})->frame;  // sees the same again, too far for stereo
   far.id = {3};
@@ -95,7 +79,7 @@ TEST(EdgeQuality, CountsLandmarksWithDepthOnly) {
   }
   EXPECT_EQ(map.SharedLandmarks({4}, {3}), 100);
   EXPECT_EQ(SharedCloseLandmarks(map, {4}, {3}), 0);
-  EXPECT_DOUBLE_EQ(EdgeQuality(map, {4}, 100), 0.0);
+  EXPECT_DOUBLE_EQ(QualityOfEdge(map, {4}, 100), 0.0);
 }
 
 // The paper's picture (fig. dr_ba): K4 and K5 are poorly connected. Their edges are strongest,
@@ -119,7 +103,7 @@ TEST(SmoothedLack, StrengthensTheNeighboursOfPoorlyConnectedKeyframesAndFadesOut
 TEST(SmoothedLack, NeverWeakensAnEdge) {
   const Map map = Chain({100, 3, 100, 100, 40, 100, 100});
   for (int to = 2; to <= 8; ++to) {
-    EXPECT_GE(SmoothedLack(map, {to}, 100), 1.0 - EdgeQuality(map, {to}, 100));
+    EXPECT_GE(SmoothedLack(map, {to}, 100), 1.0 - QualityOfEdge(map, {to}, 100));
   }
 }
 

@@ -22,12 +22,12 @@
 #include "test/emulators/camera/emulated_camera.h"
 #include "test/emulators/camera/fake_system.h"
 #include "test/emulators/kobuki/emulator.h"
-#include "tools/floorplan/planner.h"
-#include "tools/floorplan/test_room.h"
-#include "tools/sim/camera_sensor.h"
-#include "tools/sim/path_follower.h"
-#include "tools/sim/renderer.h"
-#include "tools/slam/slam_session.h"
+#include "tools/lab/slam/slam_session.h"
+#include "tools/robot/floorplan/planner.h"
+#include "tools/robot/floorplan/test_room.h"
+#include "tools/sim/sim/camera_sensor.h"
+#include "tools/sim/sim/path_follower.h"
+#include "tools/sim/sim/renderer.h"
 
 namespace gw {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "common/core/random.h"
 #include "frontend/core/orb_extractor.h"
-#include "tools/sim/renderer.h"
-#include "tools/sim/scenario.h"
+#include "tools/sim/sim/renderer.h"
+#include "tools/sim/sim/scenario.h"
 
 namespace gw {
 namespace {

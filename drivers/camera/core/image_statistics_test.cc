@@ -12,9 +12,9 @@
 #include "common/core/random.h"
 #include "drivers/camera/core/exposure_control.h"
 #include "test/emulators/camera/dot_projector.h"
-#include "tools/floorplan/test_room.h"
-#include "tools/sim/camera_sensor.h"
-#include "tools/sim/renderer.h"
+#include "tools/robot/floorplan/test_room.h"
+#include "tools/sim/sim/camera_sensor.h"
+#include "tools/sim/sim/renderer.h"
 
 namespace gw::camera {
 namespace {

@@ -133,6 +133,39 @@ TEST(Euroc, TheWheelsFrameBecomesTheBody) {
   EXPECT_NEAR(after->calibration.wheel.ticks_per_metre, 1000 / (0.1 * M_PI), 1e-9);
 }
 
+// The intrinsics are stated for twice the size: those of the images follow, pixel centres included.
+TEST(Euroc, IntrinsicsOfAnotherSizeAreScaledOrRefused) {
+  const TestFolder folder;
+  WriteEuroc(folder);
+  std::string yaml = EurocCamera("[0,0,1,0.1, -1,0,0,0.05, 0,-1,0,0, 0,0,0,1]");
+  const auto with_resolution = [&](const std::string& resolution) {
+    std::string text = yaml;
+    return text.replace(text.find("[80, 64]"), 8, resolution);
+  };
+  folder.Write("mav0/cam0/sensor.yaml", with_resolution("[160, 128]"));
+  const auto recording = ReadEuroc(folder.path(), {});
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_NEAR(recording->calibration.camera.left.fx, 229, 1e-9);
+  EXPECT_NEAR(recording->calibration.camera.left.cx, 40.5 / 2 - 0.5, 1e-9);
+  EXPECT_EQ(recording->calibration.camera.right.fx, 458);
+  EXPECT_THAT(AllText(recording->warnings), HasSubstr("stated for 160 x 128, the images are 80"));
+  folder.Write("mav0/cam0/sensor.yaml", with_resolution("[160, 90]"));
+  ExpectError(ReadEuroc(folder.path(), {}), ErrorCode::kBadData,
+              {"cam0/sensor.yaml", "160 x 90", "another shape"});
+}
+
+TEST(Euroc, ATextFileInPlaceOfALinkIsFollowed) {
+  const TestFolder folder;
+  WriteEuroc(folder);
+  std::filesystem::rename(folder.path() / "mav0/cam1/data", folder.path() / "elsewhere");
+  folder.Write("mav0/cam1/data", "../../elsewhere");
+  const auto recording = ReadEuroc(folder.path(), {});
+  ASSERT_TRUE(recording) << recording.error().message;
+  const auto pixels = recording->frames->Load(0);
+  ASSERT_TRUE(pixels);
+  EXPECT_EQ(pixels->right.bytes[0], 'b');
+}
+
 TEST(Euroc, BadFoldersAreRefusedWithFileAndLine) {
   const std::vector<BadFile> cases = {
       {"mav0/cam0/data.csv", "12.5,a.png\n", {"cam0/data.csv:1: ", "nanoseconds"}},
@@ -140,6 +173,7 @@ TEST(Euroc, BadFoldersAreRefusedWithFileAndLine) {
       {"mav0/cam1/data.csv", "12,a.png\n", {"no stamp equals"}},
       {"mav0/cam0/sensor.yaml", EurocCamera("[1,2]"), {"sensor.yaml:4: T_BS"}},
       {"mav0/cam0/sensor.yaml", "distortion_model: equidistant\n", {"only radial-tangential"}},
+      {"mav0/cam0/sensor.yaml", "camera_model: omni\n", {"camera_model", "only pinhole"}},
       {"mav0/imu0/sensor.yaml", "a: 1\n", {"imu0/sensor.yaml:1: T_BS: is missing"}},
       {"mav0/imu0/data.csv", "1,2,3,4,5,6\n", {"imu0/data.csv:1: "}},
       {"mav0/state_groundtruth_estimate0/data.csv", "1,1,2,3,0,0,0,0\n", {"data.csv:1: ", "norm"}},

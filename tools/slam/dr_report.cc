@@ -21,6 +21,7 @@ constexpr double kWayTolerance = 0.02;       // of the wheels' way
 constexpr double kTurnToleranceDeg = 3;      // of the gyro's turn, for ten minutes and less
 constexpr double kTurnDriftDegPerMin = 0.3;  // a MEMS gyro's bias between standstills
 constexpr double kHeightTolerance = 0.2;     // m
+constexpr double kUnusedTolerance = 0.01;    // of a stream's messages
 constexpr size_t kSlipSpansInText = 5;
 
 int64_t MessagesOn(const DrOnlyRun& run, const char* channel) {
@@ -44,7 +45,8 @@ void JudgeStream(const DrOnlyRun& run, const char* channel, bool calibrated, int
   } else if (messages == 0 && calibrated) {
     verdict->problems.push_back(
         Format("%s is not used: the configuration has it, but the log holds no message", channel));
-  } else if (calibrated && used < messages) {
+  } else if (calibrated && static_cast<double>(messages - used) >
+                               kUnusedTolerance * static_cast<double>(messages)) {
     verdict->problems.push_back(Format("%s: %" PRId64 " of %" PRId64
                                        " messages were not used; the counters say why",
                                        channel, messages - used, messages));

@@ -109,6 +109,31 @@ TEST_F(Dataset, KittiStereo) {
   ExpectGoodLog(*recording);
 }
 
+// One drive in two formats: ASL, whose body is the IMU and which states the wheels' frame, and
+// OpenLORIS, whose body is base_link. Both must come out as the same robot.
+TEST_F(Dataset, WheelsFrameOfAslIsTheBodyOfOpenLoris) {
+  for (const char* name : {"rendered_night", "rendered_corridor"}) {
+    GW_FIND_OR_SKIP(source, name);
+    SCOPED_TRACE(name);
+    const auto asl = ReadEuroc(source, {});
+    ASSERT_TRUE(asl) << asl.error().message;
+    const auto loris = ReadOpenLoris(source / "openloris", {});
+    ASSERT_TRUE(loris) << loris.error().message;
+    ExpectPose(asl->calibration.camera.T_BC, loris->calibration.camera.T_BC, 1e-6);
+    ExpectPose(asl->calibration.imu.T_BI, loris->calibration.imu.T_BI, 1e-6);
+    ASSERT_EQ(asl->ground_truth.size(), loris->ground_truth.size());
+    for (size_t i = 0; i < asl->ground_truth.size(); ++i) {
+      ASSERT_EQ(asl->ground_truth[i].utime, loris->ground_truth[i].utime);
+      ExpectPose(asl->ground_truth[i].T_GB, loris->ground_truth[i].T_GB, 1e-5);
+    }
+    ASSERT_EQ(asl->wheel.size(), loris->wheel.size());
+    for (size_t i = 0; i < asl->wheel.size(); ++i) {
+      EXPECT_NEAR(asl->wheel[i].dx_m, loris->wheel[i].dx_m, 2e-6);
+      EXPECT_NEAR(asl->wheel[i].dyaw_rad, loris->wheel[i].dyaw_rad, 1e-6);
+    }
+  }
+}
+
 TEST_F(Dataset, EurocStereoInertial) {
   GW_FIND_OR_SKIP(source, "euroc_v101_static");
   auto recording = ReadEuroc(source, {});

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
+#include <tuple>
 
+#include "tools/data/import/body_frame.h"
 #include "tools/data/import/image_file.h"
 #include "tools/data/import/sensor_yaml.h"
+#include "tools/data/import/stated_size.h"
 #include "tools/data/import/stereo_range.h"
 #include "tools/data/import/streams.h"
 #include "tools/data/import/text_table.h"
@@ -24,11 +28,20 @@ bool Exists(const fs::path& path) {
 struct Eye {
   PinholeIntrinsics intrinsics;
   SE3 T_BC;
+  std::vector<double> resolution;  // width, height that the intrinsics are stated for; or empty
 };
 
 Result<Eye> ReadEye(const fs::path& file, std::vector<std::string>& warnings) {
   const Result<SensorYaml> yaml = SensorYaml::Read(file, "the calibration of a camera");
   if (!yaml) return yaml.error();
+  if (yaml->Has("camera_model")) {
+    const Result<std::string> projection = yaml->Text("camera_model");
+    if (!projection) return projection.error();
+    if (*projection != "pinhole") {
+      return yaml->BadData("camera_model",
+                           "is '" + *projection + "'; only pinhole can be imported");
+    }
+  }
   const Result<std::string> model = yaml->Text("distortion_model");
   if (!model) return model.error();
   if (*model != "radial-tangential") {
@@ -44,7 +57,12 @@ Result<Eye> ReadEye(const fs::path& file, std::vector<std::string>& warnings) {
   }
   const Result<SE3> T_BC = yaml->Pose("T_BS", warnings);
   if (!T_BC) return T_BC.error();
-  Eye eye{{(*focal)[0], (*focal)[1], (*focal)[2], (*focal)[3], {}}, *T_BC};
+  Eye eye{{(*focal)[0], (*focal)[1], (*focal)[2], (*focal)[3], {}}, *T_BC, {}};
+  if (yaml->Has("resolution")) {
+    const Result<std::vector<double>> resolution = yaml->Numbers("resolution", 2);
+    if (!resolution) return resolution.error();
+    eye.resolution = *resolution;
+  }
   std::copy(radtan->begin(), radtan->end(), eye.intrinsics.radtan.begin());
   return eye;
 }
@@ -54,16 +72,28 @@ struct ImageEntry {
   std::string listed_at;
 };
 
+// The folder of the images. A checkout that cannot make symbolic links leaves a small text file in
+// place of one, which holds the path it should lead to.
+fs::path ImageFolder(const fs::path& camera) {
+  const fs::path data = camera / "data";
+  std::error_code ignored;
+  if (!fs::is_regular_file(data, ignored)) return data;
+  std::string target;
+  std::getline(std::ifstream(data), target);
+  return fs::is_directory(camera / target, ignored) ? camera / target : data;
+}
+
 Result<std::map<int64_t, ImageEntry>> ReadImageList(const fs::path& camera) {
   const Result<TextTable> table =
       TextTable::Read(camera / "data.csv", "lines `timestamp_ns,filename` of a camera");
   if (!table) return table.error();
+  const fs::path folder = ImageFolder(camera);
   std::map<int64_t, ImageEntry> list;
   for (const TextRow& row : table->rows()) {
     const Result<int64_t> ns = row.Nanoseconds(0);
     if (!ns) return ns.error();
     if (row.size() < 2) return row.BadData("the file name is missing");
-    list.emplace(*ns, ImageEntry{camera / "data" / row.text(1),
+    list.emplace(*ns, ImageEntry{folder / row.text(1),
                                  table->file().string() + ":" + std::to_string(row.line())});
   }
   return list;
@@ -110,6 +140,14 @@ Result<Done> ReadCameras(const fs::path& mav, const ReadOptions& options, Record
       MakeFileFrames(std::move(files), options, recording);
   if (!frames) return frames.error();
   recording.frames = *std::move(frames);
+  for (const auto& [name, eye, intrinsics] :
+       {std::tuple{"cam0", &*left, &camera.left}, {"cam1", &*right, &camera.right}}) {
+    if (eye->resolution.empty()) continue;
+    const Result<Done> fits =
+        FitStatedSize(eye->resolution[0], eye->resolution[1], (mav / name / "sensor.yaml").string(),
+                      camera, intrinsics, recording.warnings);
+    if (!fits) return fits.error();
+  }
   SetStereoRange(camera);
   return Done{};
 }
@@ -147,6 +185,49 @@ Result<Done> ReadImu(const fs::path& folder, Recording& recording) {
     recording.imu.push_back(sample);
   }
   MakeOrdered(recording.imu, "imu0/data.csv", recording.warnings);
+  return Done{};
+}
+
+// Track and ticks, where they are stated (none of them is in ASL's own format).
+Result<Done> ReadBase(const SensorYaml& yaml, WheelCalibration& wheel) {
+  double radius_m = 0;
+  double ticks_per_turn = 0;
+  for (const auto& [key, value] : {std::pair{"wheel_base", &wheel.track_width_m},
+                                   {"wheel_radius", &radius_m},
+                                   {"ticks_per_rev", &ticks_per_turn}}) {
+    if (!yaml.Has(key)) continue;
+    const Result<double> number = yaml.Number(key);
+    if (!number) return number.error();
+    if (*number <= 0) return yaml.BadData(key, "must be positive");
+    *value = *number;
+  }
+  if (radius_m > 0 && ticks_per_turn > 0) {
+    wheel.ticks_per_metre = ticks_per_turn / (2 * M_PI * radius_m);
+  }
+  return Done{};
+}
+
+// Takes the wheels' frame as the body, and what else is stated about the base.
+Result<Done> UseWheelFrame(const fs::path& file, Recording& recording) {
+  if (Exists(file)) {
+    const Result<SensorYaml> yaml = SensorYaml::Read(file, "the wheels' frame");
+    if (!yaml) return yaml.error();
+    const Result<Done> base = ReadBase(*yaml, recording.calibration.wheel);
+    if (!base) return base.error();
+    if (yaml->Has("T_BS")) {
+      const Result<SE3> T_BN = yaml->Pose("T_BS", recording.warnings);
+      if (!T_BN) return T_BN.error();
+      MoveBodyToWheels(*T_BN, recording);
+      recording.notes.emplace_back(
+          "body",
+          "the wheels' frame (T_BS of odom0/sensor.yaml); cameras, IMU and ground truth are "
+          "expressed in it");
+      return Done{};
+    }
+  }
+  recording.warnings.emplace_back(
+      "odom0: the wheels' frame is not stated (T_BS in odom0/sensor.yaml); taken as the data set's "
+      "body, with x forward and z up. If it is another, dead reckoning is wrong");
   return Done{};
 }
 
@@ -216,16 +297,18 @@ Result<Recording> ReadEuroc(const fs::path& source, const ReadOptions& options) 
   } else {
     recording.warnings.emplace_back("imu0 is not there: no IMU in the log");
   }
-  if (Exists(mav / "odom0")) {
-    const Result<Done> wheels = ReadWheels(mav / "odom0", recording);
-    if (!wheels) return wheels.error();
-  }
   if (Exists(mav / "state_groundtruth_estimate0")) {
     const Result<Done> truth = ReadGroundTruth(mav / "state_groundtruth_estimate0", recording);
     if (!truth) return truth.error();
   } else {
     recording.warnings.emplace_back(
         "state_groundtruth_estimate0 is not there: no ground truth in the log");
+  }
+  if (Exists(mav / "odom0")) {
+    const Result<Done> wheels = ReadWheels(mav / "odom0", recording);
+    if (!wheels) return wheels.error();
+    const Result<Done> frame = UseWheelFrame(mav / "odom0" / "sensor.yaml", recording);
+    if (!frame) return frame.error();
   }
   recording.notes.emplace_back(
       "calibration",

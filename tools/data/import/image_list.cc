@@ -12,6 +12,31 @@ std::vector<Utime> Times(const std::vector<ListedImage>& images) {
   return times;
 }
 
+enum class Second { kRight, kDepth };
+
+Result<std::vector<FrameFiles>> Pair(const std::vector<ListedImage>& first,
+                                     const std::vector<ListedImage>& second, Second kind,
+                                     std::vector<std::string>& warnings) {
+  const bool depth = kind == Second::kDepth;
+  const DurationUs limit = depth ? Milliseconds(20) : Milliseconds(2);
+  const std::string partner = std::string(depth ? "depth" : "right") + " image within " +
+                              std::to_string(limit.us / 1000) + " ms";
+  std::vector<FrameFiles> files;
+  for (const auto& [i, j] : AssociateNearest(Times(first), Times(second), limit)) {
+    files.push_back({first[i].utime, first[i].file, depth ? "" : second[j].file,
+                     depth ? second[j].file : "", first[i].listed_at});
+  }
+  if (files.empty()) {
+    return Error{ErrorCode::kBadData, first.front().listed_at + ": no image has a " + partner +
+                                          "; are both lists of the same recording?"};
+  }
+  if (files.size() < first.size()) {
+    warnings.push_back(std::to_string(first.size() - files.size()) + " images have no " + partner +
+                       "; left out");
+  }
+  return files;
+}
+
 }  // namespace
 
 Result<std::vector<ListedImage>> ReadImageList(const std::filesystem::path& source,
@@ -35,20 +60,13 @@ Result<std::vector<ListedImage>> ReadImageList(const std::filesystem::path& sour
 Result<std::vector<FrameFiles>> PairWithDepth(const std::vector<ListedImage>& grey,
                                               const std::vector<ListedImage>& depth,
                                               std::vector<std::string>& warnings) {
-  std::vector<FrameFiles> files;
-  for (const auto& [i, j] : AssociateNearest(Times(grey), Times(depth), Milliseconds(20))) {
-    files.push_back({grey[i].utime, grey[i].file, {}, depth[j].file, grey[i].listed_at});
-  }
-  if (files.empty()) {
-    return Error{ErrorCode::kBadData, grey.front().listed_at +
-                                          ": no image has a depth image within 20 ms; are both "
-                                          "lists of the same recording?"};
-  }
-  if (files.size() < grey.size()) {
-    warnings.push_back(std::to_string(grey.size() - files.size()) +
-                       " images have no depth image within 20 ms; left out");
-  }
-  return files;
+  return Pair(grey, depth, Second::kDepth, warnings);
+}
+
+Result<std::vector<FrameFiles>> PairStereo(const std::vector<ListedImage>& left,
+                                           const std::vector<ListedImage>& right,
+                                           std::vector<std::string>& warnings) {
+  return Pair(left, right, Second::kRight, warnings);
 }
 
 }  // namespace gw::importer

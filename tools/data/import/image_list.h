@@ -27,4 +27,10 @@ Result<std::vector<FrameFiles>> PairWithDepth(const std::vector<ListedImage>& gr
                                               const std::vector<ListedImage>& depth,
                                               std::vector<std::string>& warnings);
 
+// Left and right images of one exposure: stamps within 2 ms, which is above the jitter of stamps
+// and below the shortest frame period. Error: kBadData when there is no pair.
+Result<std::vector<FrameFiles>> PairStereo(const std::vector<ListedImage>& left,
+                                           const std::vector<ListedImage>& right,
+                                           std::vector<std::string>& warnings);
+
 }  // namespace gw::importer

@@ -5,8 +5,11 @@
 #include <optional>
 #include <set>
 
+#include "tools/data/import/body_frame.h"
 #include "tools/data/import/image_list.h"
 #include "tools/data/import/sensor_yaml.h"
+#include "tools/data/import/stated_size.h"
+#include "tools/data/import/stereo_range.h"
 #include "tools/data/import/streams.h"
 #include "tools/data/import/text_table.h"
 #include "tools/data/import/trajectory.h"
@@ -18,6 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kBody = "base_link";
 constexpr const char* kColor = "d400_color_optical_frame";
+constexpr const char* kInfra2 = "d400_infra2_optical_frame";
+constexpr const char* kOdometer = "odometer";
 
 bool Exists(const fs::path& path) {
   std::error_code ignored;
@@ -72,33 +77,89 @@ class FrameTree {
   std::map<std::string, std::vector<std::pair<std::string, SE3>>> edges_;
 };
 
-Result<Done> ReadCamera(const fs::path& source, const FrameTree& tree, Recording& recording) {
-  const Result<SensorYaml> sensors = SensorYaml::Read(source / "sensors.yaml", "the intrinsics");
-  if (!sensors) return sensors.error();
-  const Result<SensorYaml> color = sensors->Section(kColor);
-  if (!color) return color.error();
-  const Result<std::vector<double>> k = color->Numbers("intrinsics", 4);
+struct Eye {
+  PinholeIntrinsics intrinsics;
+  SE3 T_BC;
+  double width = 0, height = 0;  // that the intrinsics are stated for; 0: not stated
+};
+
+Result<Eye> ReadEye(const SensorYaml& sensors, const char* frame, const FrameTree& tree) {
+  const Result<SensorYaml> section = sensors.Section(frame);
+  if (!section) return section.error();
+  const Result<std::vector<double>> k = section->Numbers("intrinsics", 4);
   if (!k) return k.error();
-  CameraCalibration& camera = recording.calibration.camera;
-  camera.left = {(*k)[0], (*k)[2], (*k)[1], (*k)[3], {}};  // the file's order is fx, cx, fy, cy
-  if (color->Has("distortion_coefficients")) {
-    const Result<std::vector<double>> d = color->Numbers("distortion_coefficients", 0);
+  Eye eye;
+  eye.intrinsics = {(*k)[0], (*k)[2], (*k)[1], (*k)[3], {}};  // the file has fx, cx, fy, cy
+  if (section->Has("distortion_coefficients")) {
+    const Result<std::vector<double>> d = section->Numbers("distortion_coefficients", 0);
     if (!d) return d.error();
-    if (d->size() > camera.left.radtan.size()) {
-      return color->BadData("distortion_coefficients", "must hold at most k1, k2, p1, p2, k3");
+    if (d->size() > eye.intrinsics.radtan.size()) {
+      return section->BadData("distortion_coefficients", "must hold at most k1, k2, p1, p2, k3");
     }
-    std::copy(d->begin(), d->end(), camera.left.radtan.begin());
-    const Result<std::string> model = color->Text("distortion_model");
+    std::copy(d->begin(), d->end(), eye.intrinsics.radtan.begin());
+    const Result<std::string> model = section->Text("distortion_model");
     if (!model) return model.error();
-    if (camera.left.distorted() && *model != "radial-tangential") {
-      return color->BadData("distortion_model",
-                            "is '" + *model + "'; only radial-tangential can be imported");
+    if (eye.intrinsics.distorted() && *model != "radial-tangential") {
+      return section->BadData("distortion_model",
+                              "is '" + *model + "'; only radial-tangential can be imported");
     }
   }
-  const Result<SE3> T_BC = tree.PoseInBody(kColor);
+  for (const auto& [key, value] : {std::pair{"width", &eye.width}, {"height", &eye.height}}) {
+    if (!section->Has(key)) continue;
+    const Result<double> number = section->Number(key);
+    if (!number) return number.error();
+    *value = *number;
+  }
+  const Result<SE3> T_BC = tree.PoseInBody(frame);
   if (!T_BC) return T_BC.error();
-  camera.T_BC = *T_BC;
-  return Done{};
+  eye.T_BC = *T_BC;
+  return eye;
+}
+
+Result<Done> FitEye(const fs::path& source, const char* frame, const Eye& eye,
+                    PinholeIntrinsics* intrinsics, Recording& recording) {
+  if (eye.width == 0 || eye.height == 0) return Done{};
+  return FitStatedSize(eye.width, eye.height, (source / "sensors.yaml").string() + ": " + frame,
+                       recording.calibration.camera, intrinsics, recording.warnings);
+}
+
+// color.txt with aligned_depth.txt; or, where a recording has infra2.txt instead of depth, the
+// stereo pair of the colour frame (which then is the left infrared camera) and the right one.
+Result<Done> ReadImages(const fs::path& source, const FrameTree& tree, const ReadOptions& options,
+                        Recording& recording) {
+  const Result<SensorYaml> sensors = SensorYaml::Read(source / "sensors.yaml", "the intrinsics");
+  if (!sensors) return sensors.error();
+  const Result<Eye> left = ReadEye(*sensors, kColor, tree);
+  if (!left) return left.error();
+  CameraCalibration& camera = recording.calibration.camera;
+  camera.left = left->intrinsics;
+  camera.T_BC = left->T_BC;
+  const bool stereo = !Exists(source / "aligned_depth.txt") && Exists(source / "infra2.txt");
+  Result<Eye> right = Eye();
+  if (stereo) {
+    right = ReadEye(*sensors, kInfra2, tree);
+    if (!right) return right.error();
+    camera.kind = CameraKind::kStereo;
+    camera.right = right->intrinsics;
+    camera.T_C0C1 = left->T_BC.inverse() * right->T_BC;
+  }
+  const auto color = ReadImageList(source, "color.txt", recording.warnings);
+  if (!color) return color.error();
+  const auto second =
+      ReadImageList(source, stereo ? "infra2.txt" : "aligned_depth.txt", recording.warnings);
+  if (!second) return second.error();
+  Result<std::vector<FrameFiles>> files = stereo
+                                              ? PairStereo(*color, *second, recording.warnings)
+                                              : PairWithDepth(*color, *second, recording.warnings);
+  if (!files) return files.error();
+  Result<std::unique_ptr<FrameSource>> frames =
+      MakeFileFrames(*std::move(files), options, recording);
+  if (!frames) return frames.error();
+  recording.frames = *std::move(frames);
+  Result<Done> fits = FitEye(source, kColor, *left, &camera.left, recording);
+  if (fits && stereo) fits = FitEye(source, kInfra2, *right, &camera.right, recording);
+  if (stereo) SetStereoRange(camera);
+  return fits;
 }
 
 // The D435i's nominal colour camera at 848 x 480, for recordings without images: the YAML needs a
@@ -190,18 +251,8 @@ Result<Recording> ReadOpenLoris(const fs::path& source, const ReadOptions& optio
     tree = *std::move(read);
   }
   if (has_images) {
-    const Result<Done> camera = ReadCamera(source, tree, recording);
-    if (!camera) return camera.error();
-    const auto color = ReadImageList(source, "color.txt", recording.warnings);
-    if (!color) return color.error();
-    const auto depth = ReadImageList(source, "aligned_depth.txt", recording.warnings);
-    if (!depth) return depth.error();
-    Result<std::vector<FrameFiles>> files = PairWithDepth(*color, *depth, recording.warnings);
-    if (!files) return files.error();
-    Result<std::unique_ptr<FrameSource>> frames =
-        MakeFileFrames(*std::move(files), options, recording);
-    if (!frames) return frames.error();
-    recording.frames = *std::move(frames);
+    const Result<Done> images = ReadImages(source, tree, options, recording);
+    if (!images) return images.error();
   } else {
     SetNominalCamera(recording);
   }
@@ -226,6 +277,13 @@ Result<Recording> ReadOpenLoris(const fs::path& source, const ReadOptions& optio
     recording.ground_truth = GroundTruthOfBody(*T_GB, SE3());
   } else {
     recording.warnings.emplace_back("groundtruth.txt is not there: no ground truth in the log");
+  }
+  if (tree.Has(kOdometer)) {
+    const Result<SE3> T_BN = tree.PoseInBody(kOdometer);
+    if (!T_BN) return T_BN.error();
+    MoveBodyToWheels(*T_BN, recording);
+    recording.notes.emplace_back(
+        "body", "the odometer's frame (trans_matrix.yaml); sensors and ground truth are in it");
   }
   return recording;
 }

@@ -90,12 +90,72 @@ TEST(OpenLoris, OdometryAndGroundTruthAloneMakeARecording) {
   EXPECT_EQ(recording->ground_truth.size(), 2u);
 }
 
+std::string FrameEntry(const std::string& parent, const std::string& child,
+                       const std::string& matrix) {
+  return "   -\n      parent_frame: " + parent + "\n      child_frame: " + child +
+         "\n      matrix: !!opencv-matrix\n         rows: 4\n         cols: 4\n         dt: d\n"
+         "         data: [" +
+         matrix + "]\n";
+}
+
+void Append(const TestFolder& folder, const std::string& name, const std::string& text) {
+  std::ofstream(folder.path() / name, std::ios::app) << text;
+}
+
+// A recording of the two infrared cameras: the list of depth is missing, infra2.txt is there.
+TEST(OpenLoris, WithoutDepthTheInfraredPairIsStereo) {
+  const TestFolder folder;
+  WriteOpenLoris(folder);
+  folder.Remove("aligned_depth.txt");
+  folder.Write("infra2.txt", "50.000 infra2/a.png\n50.033 infra2/b.png\n");
+  for (const char* name : {"a", "b"}) {
+    folder.WriteGrey(std::string("infra2/") + name + ".png", *name + 1);
+  }
+  Append(folder, "sensors.yaml",
+         "d400_infra2_optical_frame:\n   intrinsics: [ 600.0, 41.0, 601.0, 25.0 ]\n");
+  Append(folder, "trans_matrix.yaml",
+         FrameEntry("d400_color_optical_frame", "d400_infra2_optical_frame",
+                    "1,0,0,0.05, 0,1,0,0, 0,0,1,0, 0,0,0,1"));
+  const auto recording = ReadOpenLoris(folder.path(), {});
+  ASSERT_TRUE(recording) << recording.error().message;
+  const CameraCalibration& camera = recording->calibration.camera;
+  EXPECT_EQ(camera.kind, CameraKind::kStereo);
+  EXPECT_EQ(camera.right.fx, 600);
+  EXPECT_NEAR(camera.T_C0C1.translation().x(), 0.05, 1e-12);
+  const auto pixels = recording->frames->Load(0);
+  ASSERT_TRUE(pixels);
+  EXPECT_EQ(pixels->right.bytes[0], 'b');
+  EXPECT_TRUE(pixels->depth.bytes.empty());
+  folder.Write("infra2.txt", "50.004 infra2/a.png\n");
+  ExpectError(ReadOpenLoris(folder.path(), {}), ErrorCode::kBadData, {"right image within 2 ms"});
+}
+
+// The odometer sits 0.2 m behind base_link: the body moves there, the wheels' increments stay.
+TEST(OpenLoris, TheOdometersFrameIsTheBody) {
+  const TestFolder folder;
+  WriteOpenLoris(folder);
+  const auto before = ReadOpenLoris(folder.path(), {});
+  ASSERT_TRUE(before);
+  Append(folder, "trans_matrix.yaml",
+         FrameEntry("base_link", "odometer", "1,0,0,-0.2, 0,1,0,0, 0,0,1,0, 0,0,0,1"));
+  const auto after = ReadOpenLoris(folder.path(), {});
+  ASSERT_TRUE(after) << after.error().message;
+  const SE3 T_BN(Eigen::Quaterniond::Identity(), {-0.2, 0, 0});
+  ExpectPose(T_BN * after->calibration.camera.T_BC, before->calibration.camera.T_BC);
+  ExpectPose(T_BN * after->calibration.imu.T_BI, before->calibration.imu.T_BI);
+  ExpectPose(after->ground_truth[0].T_GB, before->ground_truth[0].T_GB * T_BN);
+  EXPECT_EQ(after->wheel[0].dx_m, before->wheel[0].dx_m);
+}
+
 TEST(OpenLoris, BadFoldersAreRefusedWithFileAndLine) {
   const std::vector<BadFile> cases = {
       {"odom.txt", "1 2\n", {"odom.txt:1: "}},
       {"color.txt", "1\n", {"color.txt:1: "}},
       {"aligned_depth.txt", "9 a.png\n", {"within 20 ms"}},
       {"sensors.yaml", "a: 1\n", {"d400_color_optical_frame: this section is missing"}},
+      {"sensors.yaml",
+       "d400_color_optical_frame:\n  width: 90\n  height: 64\n  intrinsics: [600,40,600,32]\n",
+       {"sensors.yaml: d400_color_optical_frame", "90 x 64", "80 x 64"}},
       {"trans_matrix.yaml", "a: 1\n", {"trans_matrix: this list is missing"}},
       {"trans_matrix.yaml", "trans_matrix:\n  - {parent_frame: a, child_frame: b}\n", {"matrix"}},
       {"trans_matrix.yaml",

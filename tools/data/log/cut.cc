@@ -6,6 +6,7 @@
 
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/wire.h"
+#include "tools/data/log/log_clock.h"
 #include "tools/data/log/safe_log_writer.h"
 
 namespace gw::tools {
@@ -35,7 +36,7 @@ Result<CutSummary> CutLog(const std::string& from, const Span& span, const std::
   if (!writer) return writer.error();
 
   CutSummary summary;
-  std::optional<Utime> begin;
+  LogClock clock;
   bool in_span = false;
   int64_t note_seq = 0;
   std::vector<wire::Note> notes_before;
@@ -45,8 +46,7 @@ Result<CutSummary> CutLog(const std::string& from, const Span& span, const std::
     return writer->Append(note.utime, wire::kNote, wire::Encode(note));
   };
   while (const std::optional<process::LogEvent> event = reader->Next()) {
-    if (!begin) begin = event->received;
-    const bool inside = span.Contains(event->received - *begin);
+    const bool inside = span.Contains(clock.Add(event->received));
     const Result<wire::Note> note = event->channel == wire::kNote
                                         ? wire::Decode<wire::Note>(event->data)
                                         : Result<wire::Note>(Error{});

@@ -16,7 +16,7 @@ struct CutSummary {
   int64_t source_skipped_bytes = 0;
 };
 
-// Copies the events received in the span (seconds from the first event) byte by byte. All notes
+// Copies the events received in the span (of the time of LogClock) byte by byte. All notes
 // before the span are kept, moved to its begin, and one is added that says what was cut. Works with
 // damaged logs. `to` appears only when it is complete. Error: kNotFound, kIo, kBadData when the
 // span holds nothing, kInvalidArgument when both names are the same file.

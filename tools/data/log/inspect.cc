@@ -50,10 +50,12 @@ class Inspector {
   void Add(const process::LogEvent& event) {
     const std::string channel(event.channel);
     if (report_.events == 0) report_.begin = event.received;
-    if (report_.events > 0 && event.received < report_.end) {
+    clock_.Add(event.received);
+    if (report_.events > 0 && event.received < previous_) {
       ++report_.receive_time_faults;
       Problem(channel, "receive time", event.number, "received before the event in front of it");
     }
+    previous_ = event.received;
     report_.end = std::max(report_.end, event.received);
     if (report_.events++ == 0) report_.end = event.received;
 
@@ -96,6 +98,11 @@ class Inspector {
       report_.channels[stream.first].lost += lost;
       report_.problems.push_back(Format("%s: %lld messages of one session never came",
                                         stream.first.c_str(), static_cast<long long>(lost)));
+    }
+    report_.length = clock_.length();
+    report_.time_steps = clock_.steps();
+    for (const TimeStep& step : report_.time_steps) {
+      if (step.by().us < 0) report_.problems.push_back(Describe(step));
     }
     report_.file_bytes = reader.size();
     report_.skipped_bytes = reader.skipped_bytes();
@@ -185,6 +192,8 @@ class Inspector {
 
   InspectDepth depth_;
   LogReport report_;
+  LogClock clock_;
+  Utime previous_;                                            // receive time of the event before
   std::map<std::pair<std::string, std::string>, Last> last_;  // by channel and sender
   std::map<std::pair<std::string, int64_t>, std::vector<int64_t>> delivered_;  // channel, session
   std::map<std::pair<std::string, std::string>, int64_t> problem_counts_;      // channel, kind
@@ -213,9 +222,10 @@ Result<LogReport> InspectLog(const std::string& file, InspectDepth depth) {
 }
 
 std::string ReportText(const LogReport& report) {
-  std::string out = Format(
-      "%.1f MB, %.3f s, %lld events, from %.6f\n", static_cast<double>(report.file_bytes) * 1e-6,
-      (report.end - report.begin).seconds(), Long(report.events), report.begin.seconds());
+  std::string out = Format("%.1f MB, %.3f s, %lld events, from %.6f\n",
+                           static_cast<double>(report.file_bytes) * 1e-6, report.length.seconds(),
+                           Long(report.events), report.begin.seconds());
+  for (const TimeStep& step : report.time_steps) out += Describe(step) + "\n";
   out += Format("%-16s %9s %9s %11s %9s %6s\n", "channel", "messages", "rate Hz", "max gap s", "MB",
                 "lost");
   for (const auto& [name, c] : report.channels) {
@@ -236,7 +246,7 @@ std::string ReportJson(const LogReport& report) {
       "{\"ok\":%s,\"bytes\":%lld,\"events\":%lld,\"begin_us\":%lld,\"duration_s\":%.6f,"
       "\"skipped_bytes\":%lld,\"truncated\":%s,\"receive_time_faults\":%lld,\"channels\":{",
       report.ok ? "true" : "false", Long(report.file_bytes), Long(report.events),
-      Long(report.begin.us), (report.end - report.begin).seconds(), Long(report.skipped_bytes),
+      Long(report.begin.us), report.length.seconds(), Long(report.skipped_bytes),
       report.truncated ? "true" : "false", Long(report.receive_time_faults));
   const char* separator = "";
   for (const auto& [name, c] : report.channels) {
@@ -250,7 +260,14 @@ std::string ReportJson(const LogReport& report) {
         Long(c.sequence_faults), Long(c.time_faults), Long(c.undecodable));
     separator = ",";
   }
-  out += "},\"notes\":[";
+  out += "},\"time_steps\":[";
+  separator = "";
+  for (const TimeStep& step : report.time_steps) {
+    out += separator + Format("{\"event\":%lld,\"from_us\":%lld,\"to_us\":%lld}", Long(step.index),
+                              Long(step.from.us), Long(step.to.us));
+    separator = ",";
+  }
+  out += "],\"notes\":[";
   separator = "";
   for (const LogNote& note : report.notes) {
     out += separator + Format("{\"utime\":%lld,\"key\":", Long(note.utime.us)) +

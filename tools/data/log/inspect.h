@@ -8,6 +8,7 @@
 
 #include "common/core/result.h"
 #include "common/core/time.h"
+#include "tools/data/log/log_clock.h"
 
 namespace gw::tools {
 
@@ -38,10 +39,13 @@ struct LogNote {
 struct LogReport {
   int64_t file_bytes = 0;
   int64_t events = 0;
-  Utime begin, end;                 // receive times of the first and last event
-  int64_t receive_time_faults = 0;  // events received before the one in front of them
-  int64_t skipped_bytes = 0;        // no events: garbage
-  bool truncated = false;           // ends inside an event
+  Utime begin, end;                  // receive times: of the first event, and the latest
+  DurationUs length;                 // of the log, see LogClock
+  std::vector<TimeStep> time_steps;  // where the receive time goes back (joined logs, clock set) or
+                                     // jumps ahead; one that goes back is a problem
+  int64_t receive_time_faults = 0;   // events received before the one in front of them
+  int64_t skipped_bytes = 0;         // no events: garbage
+  bool truncated = false;            // ends inside an event
   std::map<std::string, ChannelReport> channels;
   std::vector<LogNote> notes;
   // One line each, in file order, at most kMaxProblemsPerKind of one kind and channel.

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 
 #include "common/process/event_log.h"
@@ -13,6 +14,7 @@
 #include "tools/data/log/cut.h"
 #include "tools/data/log/inspect.h"
 #include "tools/data/log/json_text.h"
+#include "tools/data/log/log_clock.h"
 #include "tools/data/log/safe_log_writer.h"
 #include "tools/data/log/span.h"
 
@@ -23,6 +25,24 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+TEST(LogClock, JoinedLogsFollowEachOther) {
+  LogClock clock;
+  EXPECT_EQ(clock.Add({5000000}).us, 0);
+  EXPECT_EQ(clock.Add({8000000}).us, 3000000);
+  EXPECT_EQ(clock.Add({7500000}).us, 2500000);  // disorder of half a second is no new piece
+  EXPECT_EQ(clock.Add({8000000}).us, 3000000);
+  EXPECT_THAT(clock.steps(), IsEmpty());
+  EXPECT_EQ(clock.Add({1000000}).us, 3000000);  // another log begins
+  EXPECT_EQ(clock.Add({2000000}).us, 4000000);
+  EXPECT_EQ(clock.Add({3602000000}).us, 3604000000);  // an hour ahead
+  ASSERT_EQ(clock.steps().size(), 2u);
+  EXPECT_EQ(clock.steps()[0].index, 4);
+  EXPECT_EQ(clock.steps()[0].by().us, -7000000);
+  EXPECT_THAT(Describe(clock.steps()[0]), HasSubstr("goes back by 7.000 s at event 4"));
+  EXPECT_THAT(Describe(clock.steps()[1]), HasSubstr("jumps ahead by 3600.000 s at event 6"));
+  EXPECT_EQ(clock.length().us, 3604000000);
+}
 
 class LogTest : public testing::Test {
  protected:
@@ -74,6 +94,44 @@ class LogTest : public testing::Test {
  private:
   fs::path folder_;
 };
+
+// cat a.lcm a.lcm: both halves are counted, the seam is named once, and a cut can take either.
+TEST_F(LogTest, AJoinedLogIsReadWholeAndNamed) {
+  const std::string file = WriteLog();
+  std::stringstream bytes;
+  bytes << std::ifstream(file, std::ios::binary).rdbuf();
+  const std::string joined = Path("joined.lcm");
+  std::ofstream(joined, std::ios::binary) << bytes.str() << bytes.str();
+  // The halves are 0.99 s long: too short a step back to be a seam; the second begins 5 s earlier.
+  const std::string early = Path("early.lcm");
+  {
+    auto writer = process::EventLogWriter::Create(early);
+    ASSERT_TRUE(writer);
+    for (int pass = 0; pass < 2; ++pass) {
+      auto half = process::EventLogReader::Open(file);
+      while (const auto event = half->Next()) {
+        const Utime received = event->received - DurationUs{pass * 5000000};
+        ASSERT_TRUE(writer->Append(received, event->channel, event->data));
+      }
+    }
+    ASSERT_TRUE(writer->Close());
+  }
+  const LogReport report = Check(early);
+  EXPECT_FALSE(report.ok);
+  EXPECT_EQ(report.events, 204);
+  EXPECT_EQ(report.channels.at(wire::kImu).messages, 200);
+  EXPECT_EQ(report.receive_time_faults, 1);
+  ASSERT_EQ(report.time_steps.size(), 1u);
+  EXPECT_EQ(report.time_steps[0].index, 102);
+  EXPECT_THAT(ReportText(report), HasSubstr("time goes back by 5.990 s at event 102"));
+  EXPECT_THAT(ReportJson(report), HasSubstr("\"time_steps\":[{\"event\":102,"));
+  EXPECT_NEAR(report.length.seconds(), 1.98, 1e-9);
+
+  const std::string second = Path("second.lcm");
+  ASSERT_TRUE(CutLog(early, {{1000000}, Span().end}, second));
+  EXPECT_EQ(Check(second).channels.at(wire::kImu).messages, 99);  // 0.01 to 0.99 s of the second
+  EXPECT_EQ(Check(joined).channels.at(wire::kImu).messages, 200);
+}
 
 TEST_F(LogTest, AGoodLogIsOkAndDescribed) {
   const LogReport report = Check(WriteLog());

@@ -6,10 +6,13 @@
 namespace gw::tools {
 namespace {
 
-// Of the images from `begin` on.
+// Of the images from `begin` on; from the earliest to the latest, should their times go back.
 DurationUs LogLength(const std::vector<FramePose>& frames, size_t begin) {
   const size_t n = frames.size() - begin;
-  const DurationUs span = frames.back().utime - frames[begin].utime;
+  const auto [first, last] =
+      std::minmax_element(frames.begin() + static_cast<std::ptrdiff_t>(begin), frames.end(),
+                          [](const FramePose& a, const FramePose& b) { return a.utime < b.utime; });
+  const DurationUs span = last->utime - first->utime;
   return n < 2 ? span + Milliseconds(1000)
                : span + DurationUs{span.us / static_cast<int64_t>(n - 1)};
 }
@@ -46,14 +49,14 @@ Result<LapsRun> RunLaps(
     lap.frames_begin = session->frames().size();
     const int64_t inserted_before = session->mapper().counters().keyframes_inserted;
     if (k > 0) session->BeginLap(lap.shift);
-    const auto done = RunLog(*log, options, session, [&](const process::LogEvent& event) {
+    const auto clock = RunLog(*log, options, session, [&](const process::LogEvent& event) {
       if (!after_event) return;
       const double share = static_cast<double>(log->position()) /
                            static_cast<double>(std::max<int64_t>(log->size(), 1));
       after_event(event, (k + share) / laps);
     });
-    if (!done) return done.error();
-    out.log = {log->skipped_bytes(), log->truncated()};
+    if (!clock) return clock.error();
+    out.log = {log->skipped_bytes(), log->truncated(), clock->steps()};
     lap.frames_end = session->frames().size();
     if (lap.frames_end == lap.frames_begin) break;
     if (k == 0) length = LogLength(session->frames(), 0);

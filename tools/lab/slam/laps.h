@@ -34,6 +34,7 @@ struct Lap {
 struct LogState {
   int64_t skipped_bytes = 0;
   bool truncated = false;
+  std::vector<TimeStep> time_steps;  // where its time goes back or jumps ahead
 };
 
 struct LapsRun {

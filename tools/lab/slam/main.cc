@@ -16,6 +16,7 @@
 #include "common/core/version.h"
 #include "lcmtypes/wire/channels.h"
 #include "tools/data/files/text_file.h"
+#include "tools/lab/slam/dr_report.h"
 #include "tools/lab/slam/laps.h"
 #include "tools/lab/slam/slam_output.h"
 #include "tools/lab/slam/slam_session.h"
@@ -34,6 +35,7 @@ struct Arguments {
   std::string map_in;
   std::string map_out;
   bool localize_only = false;
+  bool dr_only = false;
   int laps = 1;
   int seed = 0;
 };
@@ -108,6 +110,39 @@ Result<backend::LoadedMap> OpenMaps(const Arguments& arguments,
   return loaded;
 }
 
+int RunDeadReckoning(const Arguments& arguments) {
+  const Result<RobotConfig> config = LoadRobotConfig(arguments.config);
+  if (!config) return Fail(config.error());
+  auto log = process::EventLogReader::Open(arguments.log);
+  if (!log) return Fail(log.error());
+  Stopwatch stopwatch;
+  const auto run = RunDrOnly(*log, *config, [&] {
+    stopwatch.Progress(static_cast<double>(log->position()) /
+                       static_cast<double>(std::max<int64_t>(log->size(), 1)));
+  });
+  if (!run) return Fail(run.error());
+  if (run->poses.empty()) {
+    return Fail({ErrorCode::kBadData,
+                 arguments.log + ": dead reckoning gave no pose: no message of IMU or wheels that "
+                                 "can be used; see gw-log info and the configuration's "
+                                 "calibration.imu, calibration.wheel and dr_ekf.source"});
+  }
+  DrRunDescription description;
+  description.log_name = std::filesystem::path(arguments.log).filename().string();
+  description.frame = arguments.frame == "camera" ? OutputFrame::kCamera : OutputFrame::kBody;
+  description.log_skipped_bytes = log->skipped_bytes();
+  description.log_truncated = log->truncated();
+  const DrMotion motion = MeasureMotion(*run, config->calibration);
+  const WheelSum sum =
+      SumWheels(run->wheels, DurationFromSeconds(config->calibration.wheel.time_offset_s));
+  const DrVerdict verdict = JudgeDrRun(*run, motion, sum, *config, description);
+  const Result<Done> written =
+      WriteDrOutputs(arguments.out, *run, motion, sum, *config, description, verdict);
+  if (!written) return Fail(written.error());
+  std::fputs(VerdictText(verdict).c_str(), stdout);
+  return kExitOk;
+}
+
 int Run(const Arguments& arguments) {
   Result<RobotConfig> config = LoadRobotConfig(arguments.config);
   if (!config) return Fail(config.error());
@@ -146,9 +181,14 @@ int Run(const Arguments& arguments) {
                  arguments.log.c_str(), static_cast<long long>(run.laps.log.skipped_bytes),
                  run.laps.log.truncated ? ", last event cut off" : "");
   }
+  for (const TimeStep& step : run.laps.log.time_steps) {
+    std::fprintf(stderr, "gw-slam: warning: %s: %s\n", arguments.log.c_str(),
+                 Describe(step).c_str());
+  }
   if (session->frames().empty()) {
     return Fail({ErrorCode::kBadData,
-                 arguments.log + ": no camera message that can be decoded; see gw-log info"});
+                 arguments.log + ": no camera message that can be decoded; see gw-log info, or use "
+                                 "--dr-only for dead reckoning alone"});
   }
   const Result<Done> written = WriteOutputs(arguments.out, *config, run, *session);
   if (!written) return Fail(written.error());
@@ -193,16 +233,24 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   app.add_option("--map-in", arguments.map_in, "begin with the map in this folder");
   app.add_option("--map-out", arguments.map_out, "write the map of the end into this new folder");
+  CLI::Option* const dr_only = app.add_flag(
+      "--dr-only", arguments.dr_only,
+      "dead reckoning alone, no image is read: dr.tum, raw_wheels.tum (the wheels' own sum), "
+      "dr_covariance.csv, report.json, and a verdict");
   app.add_flag("--localize-only", arguments.localize_only,
                "never change the map of --map-in: no keyframes are made");
   app.add_option("--timing", arguments.timing,
                  "write the front-end's time per image to this CSV file; differs between runs");
   app.add_option("--frame", arguments.frame, "pose in the trajectories: body or camera")
       ->check(CLI::IsMember({"body", "camera"}));
+  for (const char* other :
+       {"--variant", "--seed", "--laps", "--map-in", "--map-out", "--localize-only", "--timing"}) {
+    dr_only->excludes(app.get_option(other));
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? gw::kExitOk : gw::kExitUsage;
   }
-  return gw::tools::Run(arguments);
+  return arguments.dr_only ? gw::tools::RunDeadReckoning(arguments) : gw::tools::Run(arguments);
 }

@@ -1,19 +1,16 @@
 #include "tools/lab/slam/run_log.h"
 
-#include <optional>
-
 #include "lcmtypes/wire/channels.h"
 
 namespace gw::tools {
 
-Result<Done> RunLog(process::EventLogReader& log, const LogRunOptions& options,
-                    SlamSession* session,
-                    const std::function<void(const process::LogEvent&)>& after_event) {
+Result<LogClock> RunLog(process::EventLogReader& log, const LogRunOptions& options,
+                        SlamSession* session,
+                        const std::function<void(const process::LogEvent&)>& after_event) {
   int images_to_drop = kImagesPerSeed * options.seed;
-  std::optional<Utime> begin;
+  LogClock clock;
   while (const auto event = log.Next()) {
-    if (!begin) begin = event->received;
-    const DurationUs since_begin = event->received - *begin;
+    const DurationUs since_begin = clock.Add(event->received);
     if (since_begin >= options.span.end) break;
     if (event->channel == wire::kCamera) {
       if (!options.span.Contains(since_begin)) continue;
@@ -27,7 +24,7 @@ Result<Done> RunLog(process::EventLogReader& log, const LogRunOptions& options,
   }
   if (log.error()) return *log.error();
   session->Finish();
-  return Done{};
+  return clock;
 }
 
 }  // namespace gw::tools

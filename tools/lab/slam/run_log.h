@@ -10,6 +10,7 @@
 
 #include <functional>
 
+#include "tools/data/log/log_clock.h"
 #include "tools/data/log/span.h"
 #include "tools/lab/slam/slam_session.h"
 
@@ -22,10 +23,11 @@ struct LogRunOptions {
   Span span;     // images of this part only; dead reckoning knows the log from its begin
 };
 
-// Feeds the events of the log and finishes the session. after_event: for progress and timing.
-// Error: kIo, when reading fails half-way.
-Result<Done> RunLog(process::EventLogReader& log, const LogRunOptions& options,
-                    SlamSession* session,
-                    const std::function<void(const process::LogEvent&)>& after_event = nullptr);
+// Feeds the events of the log and finishes the session; also those of a log in which time goes back
+// (logs that were joined, a clock that was set): returns where it does. after_event: for progress
+// and timing. Error: kIo, when reading fails half-way.
+Result<LogClock> RunLog(process::EventLogReader& log, const LogRunOptions& options,
+                        SlamSession* session,
+                        const std::function<void(const process::LogEvent&)>& after_event = nullptr);
 
 }  // namespace gw::tools

@@ -86,6 +86,7 @@ std::string Report(const RobotConfig& config, const RunDescription& run,
       << ",\n  \"poses\": " << StatusCounts(session.frames(), 0, session.frames().size());
   out << ",\n  \"log_skipped_bytes\": " << run.laps.log.skipped_bytes
       << ",\n  \"log_truncated\": " << (run.laps.log.truncated ? "true" : "false")
+      << ",\n  \"time_steps\": " << TimeStepsJson(run.laps.log.time_steps)
       << ",\n  \"messages_undecodable\": " << session.counters().undecodable
       << ",\n  \"dr_refused\": " << session.counters().dr_refused
       << ",\n  \"map_gaps\": " << session.counters().map_gaps
@@ -142,6 +143,15 @@ Result<Done> WriteLap(const std::string& folder, const Lap& lap, const SlamSessi
 }
 
 }  // namespace
+
+std::string TimeStepsJson(const std::vector<TimeStep>& steps) {
+  std::string out = "[";
+  for (const TimeStep& step : steps) {
+    out += Format("%s{\"event\": %" PRId64 ", \"from_us\": %" PRId64 ", \"to_us\": %" PRId64 "}",
+                  out.size() == 1 ? "" : ", ", step.index, step.from.us, step.to.us);
+  }
+  return out + "]";
+}
 
 std::string TimingTable(const SlamSession& session) {
   std::string out = "utime,tracking_us\n";

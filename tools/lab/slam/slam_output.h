@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/config/robot_config.h"
 #include "tools/lab/slam/laps.h"
@@ -29,6 +30,9 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
 // utime and front-end time of each image, as CSV. Differs from run to run, so it is none of the
 // outputs above.
 std::string TimingTable(const SlamSession& session);
+
+// Where the time of the log goes back or jumps ahead, as a JSON list for report.json.
+std::string TimeStepsJson(const std::vector<TimeStep>& steps);
 
 // "tracking", "dr_only", ...: as in frames.csv and report.json.
 const char* StatusName(TrackingStatus status);

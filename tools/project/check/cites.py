@@ -3,7 +3,7 @@
 
 - Relative links of all .md files, with their #headings.
 - Files of this repository named in `backticks` of .md files, by their path from the root or from the document.
-- Comments of C++, LCM types, CMake and scripts: every .md, .h, .cc, .py or .lcm file they name is in the repository,
+- Comments of C++, LCM types, CMake and scripts: every .md, .h, .cc, .py or _t.lcm file they name is in the repository,
   by its path or by the end of it. Everything else that a comment relies on is cited by authors and title.
 """
 import os
@@ -15,9 +15,9 @@ import sources
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 TOP = r"(?:backend|common|config|deploy|docs|dr_ekf|drivers|frontend|lcmtypes|test|tools)"
 QUOTED_PATH = re.compile(rf"`({TOP}/[\w./-]+\.(?:cc|h|md|py|yaml|lcm|cmake|txt))`")
-CITED_FILE = re.compile(r"(?<![\w/<$*.-])((?:[\w.-]+/)*[A-Za-z][\w.-]*\.(?:md|h|cc|py|lcm))(?![\w*])")
-# Headers of other projects and of the system, and names that stand for a file to be given.
-OTHERS = re.compile(r"^(lcm|opencv2|ceres|linux|sys|yaml-cpp|Eigen|rosbag)/|^(LOG|IN|OUT|log|run|rpy)\.lcm$|^videodev2\.h$|^[A-Z/]+\.md$")
+CITED_FILE = re.compile(r"(?<![\w/<$*.-])((?:[\w.-]+/)*[A-Za-z][\w.-]*(?:\.md|\.h|\.cc|\.py|_t\.lcm))(?![\w*])")
+# Headers of other projects and of the system, and names that stand for one to be given.
+OTHERS = re.compile(r"^(lcm|opencv2|ceres|linux|sys|yaml-cpp|Eigen|rosbag)/|^videodev2\.h$|^[A-Z/]+\.md$")
 
 
 def heading_anchor(heading):

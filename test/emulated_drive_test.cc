@@ -22,19 +22,19 @@
 #include "test/emulators/camera/emulated_camera.h"
 #include "test/emulators/camera/fake_system.h"
 #include "test/emulators/kobuki/emulator.h"
-#include "tools/floorplan/planner.h"
-#include "tools/floorplan/test_room.h"
-#include "tools/sim/camera_sensor.h"
-#include "tools/sim/path_follower.h"
-#include "tools/sim/renderer.h"
-#include "tools/slam/slam_session.h"
+#include "tools/lab/slam/slam_session.h"
+#include "tools/robot/floorplan/planner.h"
+#include "tools/robot/floorplan/test_room.h"
+#include "tools/sim/sim/camera_sensor.h"
+#include "tools/sim/sim/path_follower.h"
+#include "tools/sim/sim/renderer.h"
 
 namespace gw {
 namespace {
 
 constexpr int64_t kStartUs = 1'000'000;  // CLOCK_MONOTONIC
 constexpr int64_t kOffsetUs = 1'700'000'000'000'000;
-constexpr double kTransportDelayS = 0.047;  // of the base, see RobotForTest
+constexpr double kTransportDelayS = 0.047;  // delay of the base, see RobotForTest
 const sim::Pinhole kPinhole{424, 240, 255, 255, 211.5, 119.5};
 
 RobotConfig RobotForTest() {
@@ -49,7 +49,7 @@ RobotConfig RobotForTest() {
   camera.right = camera.left;
   camera.T_C0C1 = SE3(Eigen::Quaterniond::Identity(), {0.05, 0, 0});
   camera.T_BC = SE3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0.0175, 0.25});
-  ImuCalibration& imu = config.calibration.imu;  // the base's gyro
+  ImuCalibration& imu = config.calibration.imu;  // the IMU is the base's gyro
   imu.present = true;
   imu.has_accel = false;
   imu.rate_hz = 100;
@@ -57,7 +57,7 @@ RobotConfig RobotForTest() {
   config.calibration.wheel.present = true;
   config.calibration.wheel.time_offset_s = kTransportDelayS;
   config.drivers.camera.publish_imu = false;
-  config.drivers.camera.transport_delay_ms = 5;  // that of the emulator
+  config.drivers.camera.transport_delay_ms = 5;  // the delay of the emulator
   config.drivers.kobuki.publish_imu = true;
   return config;
 }
@@ -69,7 +69,7 @@ camera::EmulatedCameraConfig CameraForTest(const camera::FakeSystem& system) {
   config.height = kPinhole.height;
   config.rate_hz = 15;
   config.start_us = kStartUs;
-  config.first_pts_us = UINT32_MAX - 8'000'000;  // its clock wraps on the way
+  config.first_pts_us = UINT32_MAX - 8'000'000;  // the camera's clock wraps on the way
   config.clock_ppm = 40;
   return config;
 }
@@ -77,7 +77,7 @@ camera::EmulatedCameraConfig CameraForTest(const camera::FakeSystem& system) {
 kobuki::EmulatorConfig BaseForTest() {
   kobuki::EmulatorConfig config;
   config.start = Utime{kStartUs + kOffsetUs};
-  config.first_timestamp_ms = 60'000;  // its clock and counters wrap on the way
+  config.first_timestamp_ms = 60'000;  // the base's clock and counters wrap on the way
   config.first_left_ticks = 65'000;
   config.latency_timer = Milliseconds(16);
   config.transport_delay = DurationFromSeconds(kTransportDelayS);
@@ -121,7 +121,7 @@ class EmulatedRobot {
     }));
   }
 
-  // One millisecond.
+  // Simulates one millisecond.
   void Step() {
     now_us_ += 1000;
     bus_.set_now(now());
@@ -156,7 +156,7 @@ class EmulatedRobot {
            PoseInPlane(base_.x_m(), base_.y_m(), base_.yaw_rad());
   }
   SE3 TrueBodyPose(Utime utime) const {
-    // The first exposure began before the first step; the robot stood.
+    // The first exposure began before the first step, when the robot stood.
     const int64_t step = (utime.us - kOffsetUs - kStartUs) / 1000 - 1;
     return truth_.at(static_cast<size_t>(std::max<int64_t>(step, 0)));
   }

@@ -1,5 +1,5 @@
-// How much the front-end's detector finds in what gw-sim renders: a textured office, blank walls,
-// the dark. What a scenario calls blank must starve it as a painted wall does.
+// Tests how much the front-end's detector finds in what gw-sim renders: a textured office, blank
+// walls, the dark. A wall that a scenario calls blank must give as little as a painted one.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,14 +8,14 @@
 
 #include "common/core/random.h"
 #include "frontend/core/features/orb_extractor.h"
-#include "tools/sim/renderer.h"
-#include "tools/sim/scenario.h"
+#include "tools/sim/sim/renderer.h"
+#include "tools/sim/sim/scenario.h"
 
 namespace gw {
 namespace {
 
 constexpr int kViews = 60;
-constexpr double kClearance = 0.6;  // m to the nearest obstacle
+constexpr double kClearance = 0.6;  // distance of a view from the nearest obstacle, m
 const SE3 kCameraOnBody(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0, 0.25});
 
 struct View {
@@ -37,7 +37,7 @@ class SimulatedPlace {
             frontend::OrbExtractor::Create({}, scenario_.pinhole.width, scenario_.pinhole.height)
                 .value()) {}
 
-  // Anywhere in the rooms, looking anywhere.
+  // A view from anywhere in the rooms, in any direction.
   View Anywhere(CounterRng* rng) const {
     const double half_turn = std::numbers::pi;
     for (;;) {
@@ -49,7 +49,7 @@ class SimulatedPlace {
     }
   }
 
-  // In a blank region, within 20 degrees of facing the wall that is nearest.
+  // A view in a blank region, within 20 degrees of facing the nearest wall.
   View BlankWall(CounterRng* rng) const {
     for (;;) {
       View view = Anywhere(rng);
@@ -63,7 +63,7 @@ class SimulatedPlace {
                                      view.position + Eigen::Vector2d(dx, dy));
       };
       const Eigen::Vector2d to_wall(near(-0.1, 0) - near(0.1, 0), near(0, -0.1) - near(0, 0.1));
-      if (to_wall.norm() < 0.1) continue;  // as far from two walls
+      if (to_wall.norm() < 0.1) continue;  // this place is as far from two walls
       view.yaw = std::atan2(to_wall.y(), to_wall.x()) + rng->Uniform(-0.35, 0.35);
       return view;
     }
@@ -75,7 +75,7 @@ class SimulatedPlace {
     renderer_.Render(T_WB * kCameraOnBody, light, &scene);
     sim::AutoExposure exposure(scenario_.imager);
     std::vector<uint8_t> image;
-    for (int i = 0; i < 20; ++i) {  // until the exposure has settled
+    for (int i = 0; i < 20; ++i) {  // the exposure settles in these images
       eye_.Expose(scene, {}, exposure.exposure(), {}, noise_key, &image);
       exposure.Observe(sim::MeanGrey(image));
     }

@@ -206,9 +206,9 @@ ExecStart=gw-kobuki --config ${GW_CONFIG} --lcm-url udpm://239.255.76.67:7668?tt
 SERVICES = ["gw-recorder", "gw-kobuki", "gw-camera", "gw-dr-ekf", "gw-backend", "gw-frontend"]
 # A start takes 0.1 s of waiting and the programs' own: LCM tests its multicast first. The rest is for a busy host.
 BACK_LIMIT_S = 3.0
-# The watchdog's 3 s, and the same again.
+# The limit is the watchdog's 3 s, and the same again.
 STALL_LIMIT_S = 3.0 + 5.0 + BACK_LIMIT_S
-MAX_EXPOSURE = 5.0  # of systemd-analyze security; above, it says MEDIUM
+MAX_EXPOSURE = 5.0  # the score of systemd-analyze security above which it says MEDIUM
 
 
 def configure(container):
@@ -241,7 +241,7 @@ def check_units(container, test):
 
 
 def watch_bus(container, seconds):
-    """What gw-monitor sees."""
+    """The state of the bus as gw-monitor sees it."""
     return container.run(f"timeout -s INT {seconds} gw-monitor --lcm-url 'udpm://239.255.76.67:7667?ttl=0' "
                          "--out /run/monitor 2>/dev/null; true").strip().splitlines()[-1]
 

@@ -25,7 +25,7 @@ DrFilter Make(const DrEkfConfig& config, const Calibration& calibration) {
 }
 
 // Hard driving over thresholds of 1 cm; the noise of carpet is what the filter is told, a hard
-// floor has less than half of it (tools/sim/base.h).
+// floor has less than half of it (tools/sim/sim/base.h).
 SimOptions HardDriving(uint64_t seed, CounterRng& rng) {
   SimOptions options{.seed = seed, .duration_s = 20};
   options.acceleration = 1.2;

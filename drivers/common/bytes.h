@@ -1,4 +1,4 @@
-// Little-endian numbers in byte rows.
+// Reads and writes little-endian numbers in rows of bytes.
 #pragma once
 
 #include <bit>
@@ -8,7 +8,7 @@
 
 namespace gw {
 
-// Precondition of the readers: at + size <= bytes.size().
+// Readers have the precondition at + size <= bytes.size().
 inline uint16_t ReadU16(std::span<const uint8_t> bytes, size_t at) {
   return static_cast<uint16_t>(bytes[at] | bytes[at + 1] << 8);
 }

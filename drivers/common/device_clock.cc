@@ -15,7 +15,8 @@ void DeviceClock::Add(int64_t device_us, Utime arrival) {
       Reset();
       ++steps_;
     }
-    // So far before all others: no drift explains it, only a clock that was stepped back.
+    // An arrival so far before all others is not explained by drift, only by a clock that was
+    // stepped back.
     if (waited_.us < -kStepUs) {
       Reset();
       ++steps_;

@@ -21,7 +21,7 @@ TEST(LowerEnvelope, FindsOffsetAndSlopeUnderNoise) {
       y = 7e11 + slope * static_cast<double>(x);
       envelope.Add(x, std::llround(y - 5e3 * std::log(1 - rng.Uniform())));
     }
-    EXPECT_NEAR(envelope.At(x), y, 700) << seed;  // of waits of 5000 on average
+    EXPECT_NEAR(envelope.At(x), y, 700) << seed;  // waits are 5000 on average
   }
 }
 

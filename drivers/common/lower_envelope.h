@@ -17,7 +17,7 @@ class LowerEnvelope {
   struct Options {
     int64_t bin = 250'000;  // width of a bin, in units of x
     int64_t num_bins = 120;
-    double max_slope = 0;  // of the line, dy/dx, either way
+    double max_slope = 0;  // largest slope of the line, dy/dx, either way
   };
   // Precondition: bin > 0, num_bins > 1, max_slope >= 0.
   explicit LowerEnvelope(const Options& options) : options_(options) {}
@@ -27,9 +27,9 @@ class LowerEnvelope {
   void Clear() { bins_.clear(); }
 
   bool empty() const { return bins_.empty(); }
-  // Width of what is known, in units of x.
+  // The width of what is known, in units of x.
   int64_t span() const { return empty() ? 0 : bins_.back().x - bins_.front().x; }
-  // Height of the line at x. Precondition: !empty().
+  // The height of the line at x. Precondition: !empty().
   double At(int64_t x) const;
 
  private:

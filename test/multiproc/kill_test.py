@@ -22,7 +22,7 @@ from live_system import Claims, System, ape, clock_us, enter_private_network, pl
 
 REJOIN_S = 1.0
 APE_RATIO = 1.1
-LEAST_UP_S = 0.5  # between two kills: shorter than LCM's own start-up would test nothing
+LEAST_UP_S = 0.5  # shortest time between two kills: less than LCM's own start-up would test nothing
 
 
 def duration_s(args, log):

@@ -38,7 +38,7 @@ def enter_private_network():
 
 
 def busy():
-    """Whether others use this host, so that images get lost in full buffers: says so, for what is not judged then."""
+    """True when others use this host, so that images get lost in full buffers; prints that less is judged then."""
     load, cores = os.getloadavg()[0], os.cpu_count()
     if load <= cores + 1:
         return False
@@ -47,7 +47,7 @@ def busy():
 
 
 class Claims:
-    """What a test claims of what it measured."""
+    """The claims of a test about what it measured."""
 
     def __init__(self):
         self.failures = []
@@ -91,7 +91,7 @@ def recorded(bin_dir, data, work):
 
 
 class System:
-    """Processes of the robot, and the monitor."""
+    """The processes of the robot, and the monitor."""
 
     def __init__(self, bin_dir, config, out, names=("gw-backend", "gw-dr-ekf", "gw-frontend")):
         self.bin, self.config, self.out = bin_dir, config, out
@@ -102,7 +102,7 @@ class System:
                                         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         for name in names:
             self.start(name)
-        time.sleep(2)  # LCM's subscribers test multicast on themselves first
+        time.sleep(2)  # LCM's subscribers first test multicast on themselves
 
     def start(self, name):
         extra = ["--map", f"{self.out}/map"] if name == "gw-backend" else []

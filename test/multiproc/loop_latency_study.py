@@ -12,7 +12,7 @@ import statistics
 
 from live_system import Claims, System, busy, enter_private_network, player, rendered, rows, skip
 
-BEFORE_US, AFTER_US = 2e6, 10e6  # of HEALTH's first word of a loop: it comes once a second, global BA takes seconds
+BEFORE_US, AFTER_US = 2e6, 10e6  # around the first HEALTH with the loop: once a second; global BA takes seconds
 BAR = 1.5
 
 

@@ -67,7 +67,7 @@ def main():
     undisturbed = run(bin_dir, log, config, f"{work}/undisturbed")
     live = ape(bin_dir, truth, f"{work}/undisturbed/trajectory.tum")
     print(f"  APE live {live:.4f} m, offline {offline:.4f} m")
-    # None is lost on a quiet machine; the host may be busy for a moment.
+    # On a quiet machine no image is lost; the host may be busy for a moment.
     expect_in_time(len(undisturbed["frames"]) >= 396, "a pose for each of the 400 images")
     claims.expect(all(c == 0 for c in undisturbed["codes"].values()), "SIGTERM ends every process with 0")
     claims.expect(live < 0.032, "live APE below 0.032 m")

@@ -66,7 +66,7 @@ class Probe {
   }
 
  private:
-  // Gives how many came on the channel.
+  // Counts a message and gives how many came on the channel.
   int64_t Count(const std::string& channel, int64_t seq) {
     const int64_t expected = ++next_[channel];
     if (received_[channel] > 0 && seq > expected) lost_[channel] += seq - expected;

@@ -148,7 +148,7 @@ class Guest:
             while True:
                 for match in regex.finditer(self.text, self.seen):
                     if "\n" not in self.text[match.end():]:
-                        break  # the line may not be complete
+                        break  # the line may not be complete yet
                     if accept(match):
                         self.seen = match.end()
                         return match

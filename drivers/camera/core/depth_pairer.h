@@ -15,18 +15,19 @@ struct ImageAndDepth {
 
 class DepthPairer {
  public:
-  // interval: between two frames; times that differ by less than half of it are one exposure.
+  // `interval` is the time between two frames; two times that differ by less than half of it belong
+  // to one exposure.
   explicit DepthPairer(DurationUs interval) : interval_(interval) {}
 
-  // Each in order of its stream. Gives a pair when its second half came; a half whose partner
-  // cannot come any more is dropped.
+  // Frames of each stream must come in order. Each call gives a pair when the second half of it
+  // came; a half whose partner cannot come any more is dropped.
   std::optional<ImageAndDepth> AddImage(RawFrame image);
   std::optional<ImageAndDepth> AddDepth(RawFrame depth);
 
   int64_t unpaired() const { return unpaired_; }
 
  private:
-  // How much later the image is than the depth image.
+  // The difference of the two streams' times: how much later the image is than the depth image.
   int64_t ImageMinusDepthUs() const;
   std::optional<ImageAndDepth> Match();
 

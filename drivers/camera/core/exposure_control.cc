@@ -8,9 +8,9 @@
 namespace gw::camera {
 namespace {
 
-constexpr double kDeadBand = 0.1;  // relative; smaller errors are left alone
-constexpr double kMaxStep = 2;     // factor at a time
-constexpr double kDamping = 0.7;   // share of the logarithmic error corrected at a time
+constexpr double kDeadBand = 0.1;  // relative error of the brightness below which nothing changes
+constexpr double kMaxStep = 2;     // the largest factor by which one step changes the exposure
+constexpr double kDamping = 0.7;   // share of the logarithmic error that one step corrects
 
 }  // namespace
 

@@ -9,13 +9,13 @@ namespace gw::camera {
 
 struct ExposureSetting {
   uint32_t exposure_us = 0;
-  int32_t gain = 0;  // the camera's units; minimum is gain 1
+  int32_t gain = 0;  // in the camera's units; the minimum is gain 1
   bool operator==(const ExposureSetting&) const = default;
 };
 
 struct ExposureLimits {
   uint32_t min_exposure_us = 20, max_exposure_us = 8000;
-  int32_t min_gain = 16, max_gain = 248;  // D4xx
+  int32_t min_gain = 16, max_gain = 248;  // range of D4xx cameras
 };
 
 class ExposureControl {
@@ -24,8 +24,8 @@ class ExposureControl {
   explicit ExposureControl(const ExposureLimits& limits);
 
   ExposureSetting setting() const { return setting_; }
-  // Mean grey level of the next image. A new setting when there is one: at most every
-  // kFramesPerStep images, since a change takes three frames to be seen.
+  // Takes the mean grey level of the next image. Gives a new setting when one is needed: at most
+  // every kFramesPerStep images, since a change takes three frames to be seen.
   std::optional<ExposureSetting> Observe(double mean_grey);
 
   static constexpr double kTargetGrey = 95;
@@ -34,7 +34,7 @@ class ExposureControl {
  private:
   ExposureLimits limits_;
   ExposureSetting setting_;
-  double wanted_us_;  // exposure time at gain 1
+  double wanted_us_;  // the exposure time that the light asks for at gain 1
   int frames_ = 0;
 };
 

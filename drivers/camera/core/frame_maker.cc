@@ -49,7 +49,8 @@ void FrameMaker::LookForDots() {
 }
 
 bool FrameMaker::dots_seen() const {
-  // Alternating, two or three of five have them; all of them means that it does not alternate.
+  // While the projector alternates, two or three of five images have dots; when all of them have,
+  // it does not alternate.
   return dots_.share() > (options_.emitter == EmitterMode::kAlternating ? 0.9 : 0.5);
 }
 

@@ -10,11 +10,12 @@
 namespace gw::camera {
 namespace {
 
-constexpr int kStep = 4;    // of MeasureBrightness
-constexpr int kRadius = 4;  // of the ring around a spot, px
-constexpr int kCell = 32;   // px
+constexpr int kStep = 4;    // px between the pixels that MeasureBrightness looks at
+constexpr int kRadius = 4;  // px, radius of the ring around a spot
+constexpr int kCell = 32;   // px, width of a cell in which dots are counted
 constexpr int kMinCellMean = 6, kMaxCellMean = 235;
-// A spot stands out by this much, and by this share of its surroundings (shot noise, texture).
+// A spot must stand out by this many grey levels, and by this share of its surroundings (shot
+// noise, texture).
 constexpr int kMinContrast = 8;
 constexpr int kContrastDivisor = 10;
 
@@ -22,15 +23,16 @@ class Spots {
  public:
   explicit Spots(const ImageView& image) : image_(image) {
     const int stride = image.stride;
-    // Eight directions at about kRadius.
+    // The ring has eight directions at about kRadius.
     ring_ = {kRadius,        -kRadius,       kRadius * stride, -kRadius * stride,
              3 * stride + 3, 3 * stride - 3, -3 * stride + 3,  -3 * stride - 3};
   }
 
-  // +1: a bright spot at this pixel, -1: a dark one, 0: none. x, y: at least kRadius + 1 inside.
+  // Gives +1 for a bright spot at this pixel, -1 for a dark one and 0 for none. x and y must lie at
+  // least kRadius + 1 inside the image.
   int At(int x, int y) const {
     const uint8_t* p = image_.data + static_cast<ptrdiff_t>(y) * image_.stride + x;
-    // Most pixels end here.
+    // For most pixels the first two comparisons decide.
     const int left = p[ring_[0]], right = p[ring_[1]];
     const int centre = *p;
     const bool bright = centre > std::max(left, right) + kMinContrast;
@@ -57,7 +59,8 @@ class Spots {
     }
     return sum;
   }
-  // Against its eight neighbours; of equal ones the last in reading order counts.
+  // Compares a pixel with its eight neighbours; of equal ones the last in reading order counts as
+  // the extreme.
   bool IsExtreme(const uint8_t* p, int level, int sign) const {
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {

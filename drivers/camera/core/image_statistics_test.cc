@@ -12,9 +12,9 @@
 #include "common/core/random.h"
 #include "drivers/camera/core/exposure_control.h"
 #include "test/emulators/camera/dot_projector.h"
-#include "tools/floorplan/test_room.h"
-#include "tools/sim/camera_sensor.h"
-#include "tools/sim/renderer.h"
+#include "tools/robot/floorplan/test_room.h"
+#include "tools/sim/sim/camera_sensor.h"
+#include "tools/sim/sim/renderer.h"
 
 namespace gw::camera {
 namespace {
@@ -25,7 +25,7 @@ ImageView View(const std::vector<uint8_t>& image, int width = 640, int height = 
   return {image.data(), width, height, width, PixelFormat::kGray8};
 }
 
-// Views from random places of a room, exposed as the simulated imager does.
+// Renders views from random places of a room, exposed as the simulated imager does.
 class Room {
  public:
   explicit Room(sim::WallStyle walls) : world_(MakeWorld(walls)), pool_(2) {}
@@ -108,7 +108,7 @@ INSTANTIATE_TEST_SUITE_P(Walls, RenderedDots,
                                          sim::WallStyle::kMixed, sim::WallStyle::kFaint,
                                          sim::WallStyle::kRepetitive));
 
-// Images of cameras without any projector: indoor, laboratory, street, photographs.
+// The images are of cameras without any projector: indoor, laboratory, street, photographs.
 TEST(RecordedImages, HaveNoDots) {
   const fs::path data = fs::path(GW_SOURCE_DIR) / "../shared/data";
   if (!fs::exists(data)) GTEST_SKIP() << data << " is not there";
@@ -152,7 +152,7 @@ TEST(Brightness, PercentilesAndMean) {
   EXPECT_EQ(dark.mean, 20);
   EXPECT_EQ(dark.percentile_95, 20);
   EXPECT_TRUE(dark.under_exposed());
-  // A lamp in the dark is not light to see by; a tenth of the image is.
+  // A lamp in the dark is not light to see by, but a tenth of the image is.
   for (size_t i = 0; i < image.size() / 50; ++i) image[i] = 255;
   EXPECT_TRUE(MeasureBrightness(View(image)).under_exposed());
   EXPECT_NEAR(MeasureBrightness(View(image)).saturated, 0.02, 0.005);
@@ -165,14 +165,14 @@ TEST(Brightness, RoomInItsOwnLightAndInTheDark) {
   EXPECT_FALSE(MeasureBrightness(View(room.Image(1, false))).under_exposed());
 }
 
-// An imager: grey level by exposure, gain and light, reacting three frames late.
+// The imager gives a grey level by exposure, gain and light, and reacts three frames late.
 TEST(ExposureControl, SettlesAtTheTargetAndKeepsTheCap) {
   struct Light {
     double grey_per_us;
     uint32_t exposure_us;
     int32_t gain;
   };
-  // Bright: short exposure. Dim: the cap, and gain. Dark: both at their limits.
+  // Bright light gives a short exposure, dim light the cap and gain, the dark both at their limits.
   for (const Light& light :
        {Light{0.1, 950, 16}, Light{0.004, 8000, 48}, Light{0.0001, 8000, 248}}) {
     ExposureControl control({});
@@ -190,7 +190,7 @@ TEST(ExposureControl, SettlesAtTheTargetAndKeepsTheCap) {
     if (light.gain < 248) {
       EXPECT_NEAR(grey, ExposureControl::kTargetGrey, 0.12 * ExposureControl::kTargetGrey);
     }
-    // Settled: no more changes.
+    // A settled control changes nothing more.
     const ExposureSetting settled = control.setting();
     for (int frame = 0; frame < 20; ++frame) control.Observe(grey);
     EXPECT_EQ(control.setting(), settled);

@@ -30,7 +30,7 @@ std::vector<ImuSample> ImuMerger::TakeComplete() {
   std::vector<ImuSample> out;
   while (!gyro_.empty()) {
     const TimedVector& gyro = gyro_.front();
-    // Of the accelerometer only the last sample before the gyro's and those after it matter.
+    // Only the last accelerometer sample before the gyro's and those after it matter.
     while (accel_.size() >= 2 && accel_[1].utime <= gyro.utime) accel_.pop_front();
     const bool bracketed =
         accel_.size() >= 2 && accel_[0].utime <= gyro.utime && gyro.utime < accel_[1].utime;

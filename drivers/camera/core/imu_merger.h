@@ -1,5 +1,5 @@
-// One IMU out of two sensors with rates of their own: every gyro sample with the accelerometer
-// interpolated to its time.
+// Makes one IMU out of two sensors with rates of their own: every gyro sample goes out with the
+// accelerometer interpolated to its time.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,12 +18,12 @@ struct TimedVector {
 
 class ImuMerger {
  public:
-  // Each gives the samples that are complete now; utime strictly increases, seq counts from 1. A
-  // sample that is not after the one before of its sensor is dropped.
+  // Each call gives the samples that are complete now; their utime strictly increases and their seq
+  // counts from 1. A sample that is not after the one before of its sensor is dropped.
   std::vector<ImuSample> AddGyro(const TimedVector& w_I_rad_s);
   std::vector<ImuSample> AddAccel(const TimedVector& a_I_m_s2);
 
-  int64_t dropped() const { return dropped_; }  // out of order
+  int64_t dropped() const { return dropped_; }  // samples that came out of order
   int64_t without_accel() const { return without_accel_; }
 
   // A gyro sample waits for the accelerometer for this long (its slowest rate is 63 Hz), then goes

@@ -1,5 +1,6 @@
-// Do the time stamps of a sensor belong to this computer's clock? Every sample arrives a little
-// after it was measured; the least of these delays tells a wrong clock from a busy computer.
+// Checks whether the time stamps of a sensor belong to this computer's clock. Every sample arrives
+// a little after it was measured; the least of these delays tells a wrong clock from a busy
+// computer.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +12,7 @@ namespace gw::camera {
 
 class LagCheck {
  public:
-  // A sample measured at `utime` was read at `now`.
+  // Takes a sample that was measured at `utime` and read at `now`.
   void Add(Utime utime, Utime now) {
     if (!begin_) begin_ = now;
     newest_ = std::min(newest_.value_or(now - utime), now - utime);
@@ -20,9 +21,9 @@ class LagCheck {
     newest_.reset();
     begin_ = now;
   }
-  // Of the last full window; empty before its end.
+  // The least delay of the last full window; empty before the first one ended.
   std::optional<DurationUs> least() const { return least_; }
-  // Samples from the future, or too old for any buffering: the clocks differ.
+  // True when samples come from the future, or are too old for any buffering: the clocks differ.
   bool skewed() const { return least_ && (*least_ < -kMaxAhead || *least_ > kMaxLag); }
 
   static constexpr DurationUs kWindow = Milliseconds(1000);

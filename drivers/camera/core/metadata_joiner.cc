@@ -3,7 +3,7 @@
 namespace gw::camera {
 namespace {
 
-// Sequence numbers wrap.
+// The signed distance of two sequence numbers, which wrap around.
 int32_t Difference(uint32_t a, uint32_t b) {
   return static_cast<int32_t>(a - b);
 }

@@ -13,11 +13,11 @@ namespace gw::camera {
 
 class MetadataJoiner {
  public:
-  // has_metadata: false: images pass as they come.
+  // Without metadata (`has_metadata` false) images pass as they come.
   explicit MetadataJoiner(bool has_metadata) : has_metadata_(has_metadata) {}
 
-  // Each gives the images that are complete now, in order: with their metadata, or without when a
-  // later image or metadata came first.
+  // Each call gives the images that are complete now, in order: with their metadata, or without
+  // when a later image or later metadata came first.
   std::vector<RawFrame> AddImage(RawFrame frame);
   std::vector<RawFrame> AddMetadata(uint32_t sequence, const FrameMetadata& metadata);
 
@@ -26,7 +26,7 @@ class MetadataJoiner {
  private:
   std::vector<RawFrame> TakeComplete();
 
-  static constexpr size_t kMaxWaiting = 16;  // of metadata whose image was lost
+  static constexpr size_t kMaxWaiting = 16;  // metadata buffers whose image was lost
 
   bool has_metadata_;
   std::deque<RawFrame> images_;

@@ -44,7 +44,7 @@ TEST(MetadataJoiner, MissingMetadataHoldAnImageUntilTheNextAtMost) {
   ASSERT_EQ(out.size(), 1U);
   EXPECT_EQ(out[0].sequence, 1U);
   EXPECT_FALSE(out[0].metadata);
-  out = joiner.AddMetadata(3, At(300));  // 2 is overtaken
+  out = joiner.AddMetadata(3, At(300));  // frame 2 is overtaken
   ASSERT_EQ(out.size(), 1U);
   EXPECT_EQ(out[0].sequence, 2U);
   EXPECT_EQ(joiner.AddImage(Image(3))[0].metadata->pts_us, 300U);

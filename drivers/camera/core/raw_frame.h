@@ -12,7 +12,7 @@ namespace gw::camera {
 
 struct RawFrame {
   uint32_t sequence = 0;  // counts the frames of the stream, also those that were lost
-  Utime arrival;          // of the first bytes, on the host's clock
+  Utime arrival;          // arrival of the first bytes, on the host's clock
   std::optional<FrameMetadata> metadata;
   std::vector<uint8_t> pixels;
 };

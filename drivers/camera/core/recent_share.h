@@ -1,4 +1,4 @@
-// How often was it true lately?
+// The share of the newest events of a stream for which something was true.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ class RecentShare {
       values_.pop_front();
     }
   }
-  // Of the window; what was not added yet counts as false.
+  // The share over the window; what was not added yet counts as false.
   double share() const { return static_cast<double>(true_) / static_cast<double>(window_); }
 
  private:

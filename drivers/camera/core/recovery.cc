@@ -30,7 +30,8 @@ Remedy Recovery::Next(Utime now) {
   const DurationUs pause = now - last;
   if (pause > kSlept) {
     for (std::optional<Utime>* const event : {&started_, &last_frame_}) {
-      if (*event && **event <= last) **event = **event + pause;  // as if it was after the sleep
+      // Events from before the sleep count as if they came after it.
+      if (*event && **event <= last) **event = **event + pause;
     }
   }
   if (!started_) return Remedy::kNone;

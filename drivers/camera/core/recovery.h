@@ -1,5 +1,5 @@
-// What to do when a camera that is there does not deliver: restart the stream, then reset it on the
-// USB, then give up. Events and times in, decisions out.
+// Decides what to do when a camera that is there does not deliver: restart the stream, then reset
+// the camera on the USB, then give up. Events and times go in, decisions come out.
 #pragma once
 
 #include <cstdint>
@@ -20,20 +20,25 @@ class Recovery {
   // until it is started again.
   void Gone();
 
-  // To be called often; each remedy is given once and counts as tried.
+  // The remedy that is due, if any; to be called often. Each remedy is given once and counts as
+  // tried.
   Remedy Next(Utime now);
 
   int64_t restarts() const { return restarts_; }
   int64_t resets() const { return resets_; }
 
-  static constexpr DurationUs kFirstFrame = Milliseconds(3000);  // after a start
-  static constexpr DurationUs kSilent = Milliseconds(1000);      // between frames
-  static constexpr DurationUs kPause = Milliseconds(500);  // before a failed start is repeated
+  // The longest wait for the first frame after a start.
+  static constexpr DurationUs kFirstFrame = Milliseconds(3000);
+  static constexpr DurationUs kSilent = Milliseconds(1000);  // the longest pause between frames
+  // The pause before a failed start is repeated.
+  static constexpr DurationUs kPause = Milliseconds(500);
   static constexpr int kRestartsPerReset = 3;
   static constexpr int kResets = 2;
-  // So long without a failure makes it well: the ladder begins at its foot again.
+  // A stream without a failure for this long is well again: the next failure begins with the
+  // mildest remedy.
   static constexpr DurationUs kWell = Milliseconds(3000);
-  // A longer time between two calls of Next means that we slept, not the camera: it is no silence.
+  // A longer time between two calls of Next() means that this program slept and not the camera, so
+  // that it is no silence of the camera.
   static constexpr DurationUs kSlept = Milliseconds(300);
 
  private:
@@ -42,7 +47,7 @@ class Recovery {
   std::optional<Utime> well_since_;
   std::optional<Utime> last_next_;
   bool failed_ = false;
-  int restarts_tried_ = 0;  // since the last reset
+  int restarts_tried_ = 0;  // restarts of the stream since the last reset
   int resets_tried_ = 0;
   int64_t restarts_ = 0;
   int64_t resets_ = 0;

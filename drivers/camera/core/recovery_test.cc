@@ -11,7 +11,7 @@ Utime Ms(int64_t ms) {
   return Utime{} + Milliseconds(ms);
 }
 
-// A device that starts but never delivers: what is tried, and when.
+// The remedies, and their times, for a device that starts but never delivers.
 TEST(Recovery, LadderOfADeadDevice) {
   Recovery recovery;
   std::vector<Remedy> tried;
@@ -45,7 +45,7 @@ TEST(Recovery, SilenceInTheStreamIsSeenAfterASecond) {
   EXPECT_EQ(recovery.Next(Ms(3020)), Remedy::kNone) << "given once until it is started again";
 }
 
-// A computer that was busy elsewhere finds no new frames when it comes back: they come then.
+// A computer that was busy elsewhere finds no new frames when it comes back; they come then.
 TEST(Recovery, OwnSleepIsNoSilenceOfTheCamera) {
   Recovery recovery;
   recovery.Started(Ms(0));

@@ -1,4 +1,4 @@
-// Times of images and IMU samples.
+// Tests of the times of images and IMU samples.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -112,7 +112,7 @@ TEST(FrameClock, FramesWithoutMetadataCountOn) {
     EXPECT_NEAR((stamp->mid_exposure - stream.mid_exposure()).seconds(), 0, 1e-3);
   }
   EXPECT_EQ(stamped, 200);
-  // Not for ever: the clocks drift and frames may have been lost.
+  // The counting on does not last for ever: the clocks drift, and frames may have been lost.
   stream.Skip(40);
   RawFrame late = stream.Next();
   late.metadata.reset();
@@ -124,7 +124,7 @@ TEST(FrameClock, CameraThatResetItsClockIsFollowedAfterAWarmUp) {
   Stream before(1'000'000'000, 0);
   for (int i = 0; i < 60; ++i) (void)clock.Add(before.Next(), 0);
   Stream after(1'000, 0);
-  after.Skip(100);  // of frames, so that arrivals go on
+  after.Skip(100);  // frames are skipped so that arrivals go on
   int stamped = 0;
   for (int i = 0; i < 60; ++i) {
     const auto stamp = clock.Add(after.Next(), kExposureUs);
@@ -146,7 +146,7 @@ TEST(FrameClock, WithoutAnyMetadataArrivalsLessHalfTheExposure) {
   EXPECT_FALSE(clock.Add(frame, 10'000)) << "time must go on";
 }
 
-// Gyro at 200 Hz and accelerometer at 63 Hz, both linear in time.
+// The gyro has 200 Hz and the accelerometer 63 Hz, and both are linear in time.
 TEST(ImuMerger, AccelerometerIsInterpolatedToTheGyro) {
   ImuMerger merger;
   std::vector<ImuSample> out;
@@ -162,7 +162,7 @@ TEST(ImuMerger, AccelerometerIsInterpolatedToTheGyro) {
     take(merger.AddGyro({{t}, Eigen::Vector3d::Constant(1e-6 * static_cast<double>(t))}));
   }
   ASSERT_GT(out.size(), 190U);
-  EXPECT_EQ(merger.without_accel(), 1);  // the first, before any accelerometer
+  EXPECT_EQ(merger.without_accel(), 1);  // the first sample comes before any of the accelerometer
   for (size_t i = 0; i < out.size(); ++i) {
     EXPECT_EQ(out[i].seq, static_cast<int64_t>(i) + 1);
     EXPECT_EQ(out[i].utime.us, 5'000 * static_cast<int64_t>(i));

@@ -14,9 +14,10 @@ namespace {
 
 constexpr int kStereoInterface = 0;
 constexpr FirmwareVersion kAlternatingSince{5, 12, 8, 100};
-constexpr int32_t kManualExposure = 1;     // V4L2_CID_EXPOSURE_AUTO
-constexpr int32_t kAperturePriority = 3;   // automatic exposure of UVC cameras
-constexpr uint32_t kExposureUnitUs = 100;  // of V4L2_CID_EXPOSURE_ABSOLUTE
+constexpr int32_t kManualExposure = 1;  // value of V4L2_CID_EXPOSURE_AUTO
+// Value of the same control: automatic exposure of UVC cameras.
+constexpr int32_t kAperturePriority = 3;
+constexpr uint32_t kExposureUnitUs = 100;  // unit of V4L2_CID_EXPOSURE_ABSOLUTE
 
 std::string ModeList(const VideoNode& node, uint32_t fourcc) {
   std::string out;
@@ -64,7 +65,7 @@ Result<Done> Camera::OpenNodes(SystemCalls* calls, const FoundCamera& found) {
   return ChooseStreams(std::move(nodes));
 }
 
-// Nodes come by number: a capture node, and behind it its metadata node.
+// The nodes come in order of their number: each capture node, and behind it its metadata node.
 Result<Done> Camera::ChooseStreams(std::vector<std::unique_ptr<VideoNode>> nodes) {
   const bool realsense = config_.source == CameraSource::kRealsense;
   for (size_t i = 0; i < nodes.size(); ++i) {
@@ -172,14 +173,15 @@ Result<Done> Camera::SetEmitterMode() {
                                           kAlternatingSince.text() +
                                           " or newer, or set drivers.camera.emitter: off"};
   }
-  // Also to switch off what another program left on.
+  // This is sent in any case, to switch off what another program left on.
   const auto answer = AskMonitor(AlternatingEmitterRequest(alternate));
   if (!answer && alternate) return answer.error();
   return Done{};
 }
 
 Result<Done> Camera::SetControls() {
-  // Not every camera has it, and not every kernel takes every value: only flicker depends on it.
+  // A failure is ignored: not every camera has this control, not every kernel takes every value,
+  // and only flicker depends on it.
   (void)image_.video->SetControl(V4L2_CID_POWER_LINE_FREQUENCY,
                                  static_cast<int32_t>(config_.power_line));
   const bool automatic = config_.exposure == ExposureMode::kCamera;
@@ -223,7 +225,8 @@ Result<DepthCalibration> Camera::ReadCalibration() {
   if (!table) return table.error();
   auto calibration = ParseDepthTable(*table, calibration_.width, calibration_.height);
   if (!calibration) return calibration.error();
-  // What newer firmware rectifies with; older firmware does not know the question.
+  // Newer firmware tells the intrinsics that it rectifies with; older firmware does not know the
+  // question.
   if (const auto rectified = AskMonitor({.opcode = Opcode::kRectified})) {
     const auto camera = FindRectified(*rectified, calibration_.width, calibration_.height);
     if (camera) calibration->camera = *camera;
@@ -239,7 +242,7 @@ Result<uint8_t> Camera::ReadDeviceError() {
 }
 
 Result<Done> Camera::Start() {
-  // Video before metadata, as the camera's maker does.
+  // Video starts before metadata, as in the software of the camera's maker.
   for (const Stream* stream : {&image_, &depth_}) {
     for (VideoNode* node : {stream->video.get(), stream->metadata.get()}) {
       if (node == nullptr) continue;

@@ -1,4 +1,5 @@
-// An opened camera: its video nodes by what they give, its controls, and frames out of its streams.
+// An opened camera: which of its video nodes gives what, its controls, and the frames of its
+// streams.
 #pragma once
 
 #include <memory>
@@ -27,34 +28,35 @@ struct CapturedFrame {
 
 enum class StreamState {
   kFine,
-  kBroken,  // close and open again
+  kBroken,  // the stream broke: the camera has to be closed and opened again
   kGone,    // the camera is not there any more
 };
 
 struct StreamCounters {
   int64_t images = 0;
-  int64_t lost = 0;  // gaps in the sequence numbers
-  int64_t bad = 0;   // damaged, or of the wrong length
+  int64_t lost = 0;  // frames missing in the sequence numbers
+  int64_t bad = 0;   // frames that are damaged or of the wrong length
   int64_t depth_lost = 0;
   int64_t depth_bad = 0;
   int64_t metadata_bad = 0;
   int64_t without_metadata = 0;
-  int64_t unpaired = 0;  // images without depth of the same instant, or depth without image
+  int64_t unpaired = 0;  // images without depth of the same instant, or the other way round
 };
 
 class Camera {
  public:
-  // Finds out which node is which, sets the mode of `calibration` and everything of `config`.
-  // Errors: kNotFound (gone), kIo (permission, in use), kBadData (another mode, or not the formats
-  // that calibration.kind needs). `calls` must outlive the camera.
+  // Finds out which node is which, and sets the mode of `calibration` and everything of `config`.
+  // Errors: kNotFound (the camera is gone), kIo (no permission, in use), kBadData (the camera took
+  // another mode, or does not have the formats that calibration.kind needs). `calls` must outlive
+  // the camera.
   static Result<std::unique_ptr<Camera>> Open(SystemCalls* calls, const FoundCamera& found,
                                               const CameraConfig& config,
                                               const CameraCalibration& calibration);
 
   Result<Done> Start();
-  // What to wait for. Precondition: started.
+  // The descriptors to wait for. Precondition: the camera was started.
   std::vector<int> fds() const;
-  // Takes what is ready at one of them.
+  // Takes the frames that are ready at one of the descriptors.
   StreamState Read(int fd, std::vector<CapturedFrame>* out);
   const StreamCounters& counters();
 
@@ -63,20 +65,21 @@ class Camera {
   bool has_d4xx_metadata() const { return d4xx_metadata_; }
   std::string text() const;  // "GREY 640x480 at 30 Hz on /dev/video2, Z16 ..."
 
-  // Realsense only.
+  // The firmware and serial numbers, which only a RealSense tells.
   const std::optional<CameraVersion>& version() const { return version_; }
   Result<DepthCalibration> ReadCalibration();
   Result<uint8_t> ReadDeviceError();
 
   Result<Done> SetExposure(const ExposureSetting& setting);
-  uint32_t set_exposure_us() const { return set_exposure_us_; }  // 0: the camera decides itself
+  // 0 while the camera decides itself.
+  uint32_t set_exposure_us() const { return set_exposure_us_; }
 
  private:
   struct Stream {
     std::unique_ptr<VideoNode> video;
-    std::unique_ptr<VideoNode> metadata;  // null: none
+    std::unique_ptr<VideoNode> metadata;  // null where the stream has no metadata node
     std::optional<MetadataJoiner> joiner;
-    std::optional<uint32_t> sequence;  // of the last buffer
+    std::optional<uint32_t> sequence;  // sequence number of the last buffer
   };
 
   Camera(const CameraConfig& config, const CameraCalibration& calibration);
@@ -87,7 +90,7 @@ class Camera {
   Result<Done> SetEmitterMode();
   Result<Done> SetUnit(const UnitControl& control);
   Result<std::vector<uint8_t>> AskMonitor(const MonitorRequest& request);
-  // Of a realsense: the depth node, whether it streams or not.
+  // The node that takes the controls of a RealSense: the depth node, whether it streams or not.
   VideoNode& control_node() { return depth_.video ? *depth_.video : *idle_depth_; }
 
   StreamState ReadVideo(Stream* stream, int64_t* lost, int64_t* bad, std::vector<RawFrame>* out);
@@ -99,7 +102,7 @@ class Camera {
   CameraCalibration calibration_;
   VideoMode image_mode_;
   Stream image_, depth_;                   // depth_.video is null for stereo
-  std::unique_ptr<VideoNode> idle_depth_;  // of a realsense that streams both eyes
+  std::unique_ptr<VideoNode> idle_depth_;  // the depth node of a RealSense that streams both eyes
   bool d4xx_metadata_ = false;
   DepthPairer pairer_;
   std::optional<CameraVersion> version_;

@@ -13,9 +13,10 @@ namespace {
 
 using process::Severity;
 
-// Between two looks for a camera that is not there.
+// The time between two looks for a camera that is not there.
 constexpr DurationUs kRetry = Milliseconds(500);
-// Motion sensors need a second after the camera was plugged in.
+// Motion sensors need a second after the camera was plugged in, so that they are tried again at
+// this interval.
 constexpr DurationUs kMotionRetry = Milliseconds(2000);
 constexpr DurationUs kDeviceErrorPeriod = Milliseconds(1000);
 constexpr double kManyMissing = 0.05;
@@ -108,7 +109,7 @@ void CameraNode::OpenCamera() {
              {{"serial", found_.serial}, {"streams", camera_->text()}});
 }
 
-// At once when the device is gone, so that it comes back under its old name.
+// A device that is gone is closed at once, so that it comes back under its old name.
 void CameraNode::CloseCamera(const std::string& why) {
   closed_ = Sum(closed_, camera_->counters());
   camera_.reset();

@@ -1,5 +1,5 @@
-// gw-camera without main: a camera and its IMU on a bus. Opens, watches, restarts, resets and
-// reopens; says in HEALTH what is wrong and what to do.
+// The program gw-camera without its main(): a camera and its IMU on a bus. It opens, watches,
+// restarts, resets and reopens the camera, and says in HEALTH what is wrong and what to do.
 #pragma once
 
 #include <cstdint>
@@ -30,28 +30,28 @@ class CameraNode {
     SystemCalls* calls = nullptr;
     SystemRoots roots;
     std::function<Utime()> now;
-    DurationUs monotonic_offset;  // of `now` against CLOCK_MONOTONIC
+    DurationUs monotonic_offset;  // what `now` is ahead of CLOCK_MONOTONIC
     std::function<Result<Done>(int bus, int address)> reset_usb;
   };
 
-  // bus: outlives the node; null for --check, which tells nobody.
+  // `bus` must outlive the node; it is null for --check, which publishes nothing.
   CameraNode(const RobotConfig& config, process::Bus* bus, System system, process::LogLine log);
 
-  // What to wait for; changes with every call of the two below.
+  // The descriptors to wait for; they change with every call of Read() and Tick().
   std::vector<int> fds() const;
-  // To be called when one of them is readable or has failed.
+  // To be called when one of the descriptors is readable or has failed.
   void Read(int fd);
-  // To be called every 20 ms: opens, recovers, publishes HEALTH.
+  // To be called every 20 ms: opens the camera, recovers it, publishes HEALTH.
   void Tick();
 
-  // The camera is there but cannot be made to deliver: why. The process is to end with exit code 1;
-  // another one may have more luck, or the machine needs help.
+  // The reason why a camera that is there cannot be made to deliver. The process has to end with
+  // exit code 1 then; another one may have more luck, or the machine needs help.
   const std::optional<std::string>& gave_up() const { return gave_up_; }
 
   bool streaming() const { return camera_ != nullptr; }
-  // Why there is no camera.
+  // The reason why there is no camera.
   const std::optional<Error>& absent() const { return absent_; }
-  // What is not as it should be although images come.
+  // Everything that is not as it should be although images come.
   std::vector<std::string> Warnings() const;
   const FoundCamera& found() const { return found_; }
   Camera* camera() { return camera_.get(); }
@@ -79,19 +79,19 @@ class CameraNode {
 
   FoundCamera found_;
   std::unique_ptr<Camera> camera_;
-  StreamCounters closed_;  // of the cameras before this one
+  StreamCounters closed_;  // counters of the cameras that were closed before this one
   std::optional<FrameMaker> maker_;
   std::optional<ExposureControl> exposure_;
   MotionUnit motion_;
   std::string motion_error_;
   Recovery recovery_;
-  RecentShare missing_{300};  // images lost or bad
+  RecentShare missing_{300};  // share of the newest images that were lost or bad
   int64_t missing_seen_ = 0;
   std::string device_error_;
 
   std::optional<Error> absent_ = Error{ErrorCode::kIo, "the camera is not open yet"};
   std::optional<Utime> retry_;
-  bool waiting_for_remedy_ = false;  // it failed: when to try again is recovery_'s decision
+  bool waiting_for_remedy_ = false;  // the camera failed, and recovery_ decides when to try again
   std::optional<Utime> motion_retry_;
   std::optional<Utime> device_error_asked_;
   std::optional<std::string> gave_up_;

@@ -1,4 +1,4 @@
-// What is published, and what HEALTH says, with an emulated D435i.
+// Tests of what is published, and of what HEALTH says, with an emulated D435i.
 #include "drivers/camera/device/camera_node.h"
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ std::vector<std::string> Warnings(CameraRig& rig) {
   return rig.node().Warnings();
 }
 
-// A minute and more around the wrap of the camera's clock.
+// This runs for more than a minute around the wrap of the camera's clock.
 TEST(CameraNode, StereoPairsWithTheTimeOfMidExposureAcrossTheWrap) {
   EmulatedCameraConfig emulated;
   emulated.first_pts_us = UINT32_MAX - 4'000'000;
@@ -105,7 +105,7 @@ TEST(CameraNode, LostAndBadImagesAreCountedAndNotPublished) {
   EXPECT_EQ(rig.counter("camera.depth_lost"), 3);
   EXPECT_EQ(rig.counter("camera.depth_bad"), 3);
   EXPECT_EQ(rig.counter("camera.without_metadata"), 1);
-  // The others came, each once and in order; also the one without metadata, at its time.
+  // The other images came, each once and in order, the one without metadata too and at its time.
   std::vector<int> missing;
   for (size_t i = 1; i < rig.frames.size(); ++i) {
     const int step = static_cast<uint8_t>(rig.frames[i].frame.left.data[0] -
@@ -132,7 +132,7 @@ TEST(CameraNode, ManyLostImagesAreAWarning) {
 TEST(CameraNode, ControlsAreSet) {
   RobotConfig config = ConfigForTest(CameraKind::kStereo);
   CameraRig rig(config);
-  rig.camera().RefuseUnitControls(5);  // busy at first
+  rig.camera().RefuseUnitControls(5);  // the camera is busy at first
   rig.Run(3);
   EXPECT_FALSE(rig.camera().emitter_on());
   EXPECT_FALSE(rig.camera().alternating());
@@ -149,7 +149,7 @@ TEST(CameraNode, ControlsAreSet) {
   CameraRig lit(config);
   lit.Run(1);
   EXPECT_TRUE(lit.camera().emitter_on());
-  EXPECT_EQ(lit.camera().laser_power_mw(), 90U);  // steps of 30
+  EXPECT_EQ(lit.camera().laser_power_mw(), 90U);  // the power has steps of 30 mW
   EXPECT_EQ(lit.camera().exposure_us(), 5000U);
   EXPECT_EQ(lit.camera().gain(), 64);
 
@@ -247,7 +247,7 @@ TEST(CameraNode, ImuScaleAxesAndRate) {
     EXPECT_TRUE(sample.w_I_rad_s.isApprox(Eigen::Vector3d(-0.1, 0.2, -0.3) * deg));
     EXPECT_TRUE(sample.a_I_m_s2.isApprox(Eigen::Vector3d(-0.01, -1, -0.02) * 9.80665));
   }
-  // The kernel's time: 1 ms before it could be read.
+  // The sample has the kernel's time, 1 ms before it could be read.
   EXPECT_NEAR((rig.imu.back().utime - Utime{CameraRig::kOffsetUs}).seconds(), 4.0, 0.01);
   const auto set = [&](int device, const std::string& file) {
     return ReadSysfs(rig.system().IioFolder(device) / file);

@@ -17,14 +17,14 @@ namespace fs = std::filesystem;
 constexpr const char* kVendorIntel = "8086";
 constexpr const char* kProductD435i = "0b3a";
 
-// A folder in sysfs without symbolic links; empty: there is none.
+// The folder without symbolic links; empty when there is none.
 fs::path RealFolder(const fs::path& path) {
   std::error_code error;
   fs::path real = fs::canonical(path, error);
   return error ? fs::path() : real;
 }
 
-// The folder of the USB device that this folder belongs to; empty: it is not on USB.
+// The folder of the USB device that this folder belongs to; empty when it is not on USB.
 fs::path UsbDeviceOf(fs::path folder) {
   for (int level = 0; level < 12 && folder.has_relative_path(); ++level) {
     std::error_code error;
@@ -86,7 +86,8 @@ bool Fits(const FoundCamera& camera, const std::string& device) {
                      [&](const FoundNode& node) { return node.path == device; });
 }
 
-// A D435i that the USB knows: its serial. The kernel may still have made no video device of it.
+// The serial number of a D435i that is on the USB. The kernel may still have made no video device
+// of it.
 std::optional<std::string> OnUsb(const SystemRoots& roots) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(fs::path(roots.sys) / "bus/usb/devices", error)) {

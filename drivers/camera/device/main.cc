@@ -20,7 +20,7 @@ namespace gw::camera {
 namespace {
 
 constexpr DurationUs kTick = Milliseconds(20);
-// --check: long enough for the first images and for what they show.
+// The option --check watches for this long, enough for the first images and for what they show.
 constexpr DurationUs kCheckFor = Milliseconds(6000);
 constexpr int64_t kCheckFrames = 90;
 
@@ -29,7 +29,8 @@ int Fail(const Error& error) {
   return ExitCodeFor(error);
 }
 
-// Waits for devices and tick and serves the node. False: the signal to stop came.
+// Waits for the devices and the tick, and serves the node. Gives false when the signal to stop
+// came.
 Result<bool> Step(process::Loop* loop, CameraNode* node, std::vector<int>* watched) {
   const std::vector<int> wanted = node->fds();
   if (wanted != *watched) {
@@ -40,7 +41,7 @@ Result<bool> Step(process::Loop* loop, CameraNode* node, std::vector<int>* watch
   const auto ready = loop->Wait();
   if (!ready) return ready.error();
   for (const int fd : ready->fds) {
-    // Reading one may close all.
+    // Reading one descriptor may close all.
     const std::vector<int> open = node->fds();
     if (std::find(open.begin(), open.end(), fd) != open.end()) node->Read(fd);
   }
@@ -48,12 +49,12 @@ Result<bool> Step(process::Loop* loop, CameraNode* node, std::vector<int>* watch
   return !ready->stop;
 }
 
-// --check: is there a camera, which, and how does it do?
+// The option --check: says whether there is a camera, which one, and how it does.
 int Check(process::Loop* loop, CameraNode* node, const process::Clock& clock) {
   const Utime end = clock.Now() + kCheckFor;
   std::vector<int> watched;
   node->Tick();
-  // What cannot be opened now will not come by waiting.
+  // A camera that cannot be opened now will not come by waiting.
   while (node->streaming() && clock.Now() < end && node->frames() < kCheckFrames) {
     const auto going_on = Step(loop, node, &watched);
     if (!going_on) return Fail(going_on.error());
@@ -93,7 +94,7 @@ int WriteCalibration(const RobotConfig& config, const std::string& path) {
 }
 
 int Run(const RobotConfig& config, const std::string& lcm_url, bool check) {
-  // First, so that no other thread takes the signals.
+  // The loop is made first, so that no other thread takes the signals.
   auto loop = process::Loop::Create(kTick);
   if (!loop) return Fail(loop.error());
   const process::Clock clock;

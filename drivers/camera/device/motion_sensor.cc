@@ -29,8 +29,8 @@ Result<IioLayout> ReadLayout(const fs::path& folder, const std::array<std::strin
   return IioLayout::Create(std::move(out));
 }
 
-// In this order: a buffer that was left on refuses everything else, and must be full-size and
-// triggered before it is switched on.
+// Sets the sensor up. The order matters: a buffer that was left on refuses everything else, and the
+// buffer must be full-size and triggered before it is switched on.
 Result<Done> SetUp(const fs::path& folder, const std::array<std::string, 4>& channels,
                    const std::string& prefix, int frequency_code) {
   std::vector<std::pair<fs::path, std::string>> writes{{folder / "buffer/enable", "0"}};

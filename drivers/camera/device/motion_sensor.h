@@ -14,15 +14,15 @@
 namespace gw::camera {
 
 struct MotionRow {
-  std::array<int64_t, 3> raw{};  // x, y, z of the sensor
+  std::array<int64_t, 3> raw{};  // in the axes of the sensor
   int64_t timestamp_ns = 0;      // CLOCK_MONOTONIC
 };
 
 class MotionSensor {
  public:
-  // folder: in sysfs, .../iio:device0. prefix: "in_anglvel" or "in_accel". frequency_code: of
-  // motion_units.h. Errors kIo (permission, in use), kBadData (channels that are not three axes and
-  // a time); the text says what to do.
+  // `folder` is the one in sysfs, .../iio:device0; `prefix` is "in_anglvel" or "in_accel";
+  // `frequency_code` is that of motion_units.h. Errors: kIo (no permission, in use), kBadData
+  // (channels that are not three axes and a time); the text says what to do.
   static Result<MotionSensor> Open(const std::string& folder, const std::string& prefix,
                                    int frequency_code, const SystemRoots& roots);
   MotionSensor(MotionSensor&&) = default;
@@ -30,7 +30,7 @@ class MotionSensor {
   ~MotionSensor();
 
   int fd() const { return node_.get(); }
-  // What is there. Error kIo: the device is gone.
+  // The rows that have arrived. Error kIo: the device is gone.
   Result<std::vector<MotionRow>> Read();
 
  private:
@@ -43,9 +43,9 @@ class MotionSensor {
 
   std::string folder_;
   IioLayout layout_;
-  std::array<int, 4> places_;  // of x, y, z and the time in a decoded row
+  std::array<int, 4> places_;  // places of x, y, z and the time in a decoded row
   process::FileHandle node_;
-  std::vector<uint8_t> partial_;  // of a row
+  std::vector<uint8_t> partial_;  // the bytes of a row whose rest has not arrived yet
 };
 
 }  // namespace gw::camera

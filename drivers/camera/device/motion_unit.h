@@ -18,22 +18,23 @@ namespace gw::camera {
 
 class MotionUnit {
  public:
-  // monotonic_offset: of the robot's clock against CLOCK_MONOTONIC.
+  // `monotonic_offset` is what the robot's clock is ahead of CLOCK_MONOTONIC.
   MotionUnit(const RobotConfig& config, DurationUs monotonic_offset);
 
-  // Whether the configuration wants it.
+  // True when the configuration asks for the camera's IMU.
   bool wanted() const { return wanted_; }
-  // Opens both sensors. Error: of the sensors; kNotFound: the camera has none.
+  // Opens both sensors. Errors: those of the sensors; kNotFound when the camera has none.
   Result<Done> Open(const FoundCamera& found, const FirmwareVersion& firmware,
                     const SystemRoots& roots, Utime now);
   void Close();
   bool open() const { return gyro_.has_value(); }
 
   std::vector<int> fds() const;
-  // What is complete, with seq counting from 1 over all openings. Error kIo: a sensor is gone.
+  // The samples that are complete, with seq counting from 1 over all openings. Error kIo: a sensor
+  // is gone.
   Result<std::vector<ImuSample>> Read(int fd, Utime now);
 
-  // No gyro sample for this long although it is open.
+  // True when the sensors are open but no gyro sample came for a second.
   bool silent(Utime now) const { return open() && now - last_gyro_ > Milliseconds(1000); }
   bool skewed() const { return lag_.skewed(); }
   const LagCheck& lag() const { return lag_; }

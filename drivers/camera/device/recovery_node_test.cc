@@ -1,4 +1,4 @@
-// Unplugged, broken and dead cameras; and the calibration that a camera stores.
+// Tests with unplugged, broken and dead cameras, and of the calibration that a camera stores.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -26,7 +26,7 @@ int ReadSysfsNumber(const std::filesystem::path& file, int base) {
 }
 
 Result<Done> WriteSysfs(const std::filesystem::path& file, const std::string& value) {
-  // The kernel answers the write, not the close: no buffered stream.
+  // The kernel answers the write and not the close, so that no buffered stream is used.
   const process::FileHandle handle(::open(file.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC));
   const bool written = handle.valid() && ::write(handle.get(), value.data(), value.size()) ==
                                              static_cast<ssize_t>(value.size());

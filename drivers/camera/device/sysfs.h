@@ -1,4 +1,4 @@
-// Attributes of the kernel as files.
+// Reads and writes attributes of the kernel, which are files.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 namespace gw::camera {
 
-// The first line; empty when it cannot be read.
+// The first line of the file; empty when it cannot be read.
 std::string ReadSysfs(const std::filesystem::path& file);
-// As a number; 0 when it is none.
+// The first line as a number; 0 when it is none.
 int ReadSysfsNumber(const std::filesystem::path& file, int base = 10);
-// Error kIo, with the file and what to do.
+// Writes the value. Error kIo, whose text names the file and what to do.
 Result<Done> WriteSysfs(const std::filesystem::path& file, const std::string& value);
 
 }  // namespace gw::camera

@@ -22,7 +22,7 @@ Result<Done> Reset(libusb_device* device) {
     failed = libusb_reset_device(handle);
     libusb_close(handle);
   }
-  // "Not found" is success: the device comes back under another address.
+  // "Not found" is success: the device has come back under another address.
   if (failed == 0 || failed == LIBUSB_ERROR_NOT_FOUND) return Done{};
   return Error{ErrorCode::kIo,
                std::string("cannot reset the camera on the USB: ") +

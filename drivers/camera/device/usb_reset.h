@@ -5,7 +5,7 @@
 
 namespace gw::camera {
 
-// Error kNotFound: no such device; kIo: no permission, or the reset failed.
+// Errors: kNotFound (no such device), kIo (no permission, or the reset failed).
 Result<Done> ResetUsbDevice(int bus, int address);
 
 }  // namespace gw::camera

@@ -144,7 +144,7 @@ Result<Done> VideoNode::SetMode(const VideoMode& mode) {
   if (const int failed = calls_->Ioctl(fd_, VIDIOC_S_PARM, &parameters); failed != 0) {
     return Failed("set " + mode.text(), failed);
   }
-  // Drivers change what they cannot do without a word.
+  // A driver changes what it cannot do and reports success, so that the answer has to be compared.
   const VideoMode got{format.fmt.pix.pixelformat, static_cast<int>(format.fmt.pix.width),
                       static_cast<int>(format.fmt.pix.height),
                       RateOf(parameters.parm.capture.timeperframe)};

@@ -21,8 +21,8 @@ struct VideoMode {
 
 enum class TakeOutcome {
   kBuffer,
-  kNothing,  // none is ready
-  kBad,      // one came, but marked as damaged or of the wrong length
+  kNothing,  // no buffer is ready
+  kBad,      // a buffer came, but marked as damaged or of the wrong length
   kBroken,   // the stream must be started anew
   kGone,     // the device is not there any more
 };
@@ -30,7 +30,7 @@ enum class TakeOutcome {
 struct Taken {
   TakeOutcome outcome = TakeOutcome::kNothing;
   uint32_t sequence = 0;
-  int64_t monotonic_us = 0;  // CLOCK_MONOTONIC; when its first bytes arrived (uvcvideo)
+  int64_t monotonic_us = 0;  // when its first bytes arrived (uvcvideo), CLOCK_MONOTONIC
   std::vector<uint8_t> bytes;
 };
 
@@ -48,22 +48,26 @@ class VideoNode {
   const std::string& path() const { return path_; }
   int fd() const { return fd_; }
 
-  // What the device offers; sizes and rates that it can do in steps are listed by their largest.
+  // The modes that the device offers; sizes and rates that it can do in steps are listed by their
+  // largest.
   std::vector<VideoMode> Modes() const;
   bool Offers(uint32_t fourcc) const;
   // Asks for a mode. Error kBadData: the device took another one instead; the text says which.
   Result<Done> SetMode(const VideoMode& mode);
-  // Of a metadata node. Gives the format that it will deliver, which may be another.
+  // Sets the format of a metadata node. Gives the format that the node will deliver, which may be
+  // another.
   Result<uint32_t> SetMetadataFormat(uint32_t fourcc);
 
-  // Error kBadData: the device has no such control, or refuses the value.
+  // Sets a control. Error kBadData: the device has no such control, or refuses the value.
   Result<Done> SetControl(uint32_t id, int32_t value);
-  // Controls of a UVC extension unit. A device that is busy is asked again for 0.2 s.
+  // Read and write controls of a UVC extension unit. A device that is busy is asked again for 0.2
+  // s.
   Result<std::vector<uint8_t>> GetUnitControl(uint8_t unit, uint8_t selector);
   Result<std::vector<uint8_t>> QueryUnitControl(uint8_t unit, uint8_t selector, uint8_t query);
   Result<Done> SetUnitControl(uint8_t unit, uint8_t selector, std::span<const uint8_t> value);
 
-  // Precondition: a mode or metadata format was set; not started.
+  // Starts the stream. Precondition: a mode or metadata format was set, and the stream is not
+  // started.
   Result<Done> Start();
   void Stop();
   bool started() const { return started_; }
@@ -90,7 +94,7 @@ class VideoNode {
   int fd_;
   std::string path_;
   uint32_t capabilities_;
-  size_t image_bytes_ = 0;  // 0: of any length (metadata)
+  size_t image_bytes_ = 0;  // 0 when any length is right (metadata)
   bool started_ = false;
   std::vector<Mapping> mappings_;
 };

@@ -1,4 +1,4 @@
-// The calibration that the camera stores, in the robot's YAML.
+// Puts the calibration that the camera stores into the robot's YAML.
 #pragma once
 
 #include <string>
@@ -9,7 +9,8 @@
 
 namespace gw::camera {
 
-// Intrinsics of both eyes, the baseline, and for kind: rgbd the unit of depth. The rest stays.
+// Takes over the intrinsics of both eyes, the baseline, and for `kind: rgbd` the unit of depth. The
+// rest stays as it is.
 RobotConfig WithCalibration(RobotConfig config, const DepthCalibration& calibration);
 
 // Writes the file anew, or not at all. Keys are commented by the reference; comments of people in a

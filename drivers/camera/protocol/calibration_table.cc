@@ -20,7 +20,7 @@ constexpr size_t kEntryBytes = 16;
 struct Resolution {
   int width, height;
 };
-// By index of the table; {0, 0}: reserved.
+// The resolutions by their index in the table; {0, 0} is reserved.
 constexpr std::array<Resolution, 16> kResolutions{{{1920, 1080},
                                                    {1280, 720},
                                                    {640, 480},
@@ -54,7 +54,7 @@ bool Plausible(const PinholePx& camera, int width, int height) {
 }
 
 PinholePx CameraOf(std::span<const uint8_t> table, int width, int height) {
-  // The rows cut out of the middle of 848x480.
+  // The mode 848x100 shows the rows cut out of the middle of 848x480.
   if (width == 848 && height == 100) {
     PinholePx camera = CameraOf(table, 848, 480);
     camera.cy -= 190;
@@ -63,7 +63,7 @@ PinholePx CameraOf(std::span<const uint8_t> table, int width, int height) {
   for (size_t i = 0; i < kResolutions.size(); ++i) {
     if (kResolutions[i].width != width || kResolutions[i].height != height) continue;
     const PinholePx camera = ReadEntry(table, i);
-    if (camera.fx == camera.fy && camera.cx == camera.cy) {  // a placeholder of the factory
+    if (camera.fx == camera.fy && camera.cx == camera.cy) {  // the factory left a placeholder
       return {1.5 * width, 1.5 * width, width / 2., height / 2.};
     }
     return camera;

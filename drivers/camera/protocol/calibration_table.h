@@ -23,16 +23,17 @@ struct PinholePx {
 };
 
 struct DepthCalibration {
-  double baseline_m = 0;  // > 0: right eye to the right of the left
-  PinholePx camera;       // of both eyes
+  double baseline_m = 0;  // the right eye lies so far to the right of the left one; > 0
+  PinholePx camera;       // intrinsics that both rectified eyes have
 };
 
-// Of the rectified images of width x height. Error kBadData: too short, wrong CRC, a baseline or
-// focal length that cannot be. A resolution without an entry is scaled from 1920x1080.
+// The calibration of the rectified images of width x height. Error kBadData: the table is too
+// short, has a wrong CRC, or a baseline or focal length that cannot be. A resolution without an
+// entry is scaled from 1920x1080.
 Result<DepthCalibration> ParseDepthTable(std::span<const uint8_t> table, int width, int height);
 
-// From the answer to kRectified (newer firmware): {u16 width, u16 height, 4 x f32} again and again.
-// Empty: the resolution is not in it.
+// The intrinsics out of the answer to kRectified (newer firmware), which is {u16 width, u16 height,
+// 4 x f32} again and again. Empty when the resolution is not in it.
 std::optional<PinholePx> FindRectified(std::span<const uint8_t> answer, int width, int height);
 
 }  // namespace gw::camera

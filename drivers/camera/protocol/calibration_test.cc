@@ -72,18 +72,18 @@ TEST(DepthTable, IntrinsicsAndBaseline) {
 
 TEST(DepthTable, OtherResolutions) {
   const Bytes table = EncodeDepthTable({});
-  // Not in the table: scaled from 1920x1080.
+  // This resolution is not in the table and is scaled from 1920x1080.
   const auto scaled = ParseDepthTable(table, 960, 270);
   ASSERT_TRUE(scaled);
   EXPECT_DOUBLE_EQ(scaled->camera.fx, 962.5 / 2);
   EXPECT_DOUBLE_EQ(scaled->camera.fy, 962.5 / 4);
   EXPECT_DOUBLE_EQ(scaled->camera.cy, 135);
-  // A placeholder.
+  // This entry is a placeholder.
   const auto placeholder = ParseDepthTable(table, 848, 480);
   ASSERT_TRUE(placeholder);
   EXPECT_DOUBLE_EQ(placeholder->camera.fx, 1272);
   EXPECT_DOUBLE_EQ(placeholder->camera.cx, 424);
-  // The middle rows of it.
+  // This mode shows the middle rows of the one before.
   const auto strip = ParseDepthTable(table, 848, 100);
   ASSERT_TRUE(strip);
   EXPECT_DOUBLE_EQ(strip->camera.cy, 50);

@@ -11,7 +11,7 @@ namespace {
 constexpr uint16_t kMagic = 0xCDAB;
 constexpr size_t kRequestHeaderBytes = 24;
 
-// Of the payload of kVersion.
+// Offsets in the payload of kVersion.
 constexpr size_t kFirmwareAt = 12;
 constexpr size_t kModuleSerialAt = 48;
 constexpr size_t kAsicSerialAt = 64;
@@ -90,7 +90,7 @@ MonitorRequest CalibrationRequest(uint32_t table_id) {
 MonitorRequest AlternatingEmitterRequest(bool alternate) {
   MonitorRequest request{.opcode = Opcode::kSubPreset};
   if (alternate) {
-    // Sequence 0x0F of two items, each one frame: laser off, laser on.
+    // This is sequence 0x0F of two items of one frame each: laser off, laser on.
     request.data = {0x05, 0x0F, 0, 0, 2, 4, 1, 0, 1, 0, 0, 0, 0, 0, 4, 1, 0, 1, 0, 1, 0, 0, 0};
   }
   request.parameters[0] = static_cast<uint32_t>(request.data.size());

@@ -18,19 +18,19 @@ namespace gw::camera {
 inline constexpr size_t kMonitorBytes = 1024;
 
 enum class Opcode : uint32_t {
-  kVersion = 0x10,           // firmware, serial numbers, chips
-  kCalibrationTable = 0x15,  // p1: table id
-  kSubPreset = 0x7B,         // p1: length of the data; empty: back to normal
-  kRectified = 0x7E,         // intrinsics by resolution
+  kVersion = 0x10,           // tells firmware, serial numbers, chips
+  kCalibrationTable = 0x15,  // parameter 1 is the id of the table
+  kSubPreset = 0x7B,         // parameter 1 is the length of the data; without data back to normal
+  kRectified = 0x7E,         // tells intrinsics by resolution
 };
 
 struct MonitorRequest {
   Opcode opcode = Opcode::kVersion;
   std::array<uint32_t, 4> parameters{};
-  std::vector<uint8_t> data{};  // at most kMonitorBytes - 24
+  std::vector<uint8_t> data{};  // at most kMonitorBytes - 24 bytes
 };
 
-// The 1024 bytes to be written.
+// The 1024 bytes that have to be written for a request.
 std::vector<uint8_t> EncodeRequest(const MonitorRequest& request);
 // The payload of an answer to `opcode`. Error kBadData: an error code of the camera (with its
 // meaning), the answer of another request, or an impossible length.
@@ -38,7 +38,8 @@ Result<std::vector<uint8_t>> DecodeAnswer(std::span<const uint8_t> answer, Opcod
 
 MonitorRequest VersionRequest();
 MonitorRequest CalibrationRequest(uint32_t table_id);
-// Projector on in every other frame, or no longer. Firmware 5.12.8.100 or newer.
+// The request that switches the projector on in every other frame, or ends that. Firmware
+// 5.12.8.100 or newer.
 MonitorRequest AlternatingEmitterRequest(bool alternate);
 
 struct FirmwareVersion {
@@ -52,7 +53,7 @@ struct CameraVersion {
   std::string module_serial;  // printed on the camera
   std::string asic_serial;    // what USB shows
 };
-// Error kBadData: too short.
+// Reads the payload of kVersion. Error kBadData: it is too short.
 Result<CameraVersion> ParseVersion(std::span<const uint8_t> payload);
 
 }  // namespace gw::camera

@@ -8,15 +8,16 @@
 namespace gw::camera {
 namespace {
 
-constexpr size_t kHostBytes = 10;    // before the payload header
-constexpr size_t kHeaderBytes = 12;  // of a payload header with PTS and SCR
+constexpr size_t kHostBytes = 10;    // bytes of the host part before the payload header
+constexpr size_t kHeaderBytes = 12;  // bytes of a payload header with PTS and SCR
 constexpr uint8_t kHasPts = 0x04;
 constexpr size_t kBlockHeaderBytes = 8;
 
 constexpr uint32_t kDepthControl = 0x80000000;
 constexpr uint32_t kCaptureTiming = 0x80000001;
 
-// Fields of a block lie behind {id, size, version, flags}; flag bit i announces a field.
+// A block: its fields lie behind {id, size, version, flags}, and bit i of the flags announces a
+// field.
 class Block {
  public:
   explicit Block(std::span<const uint8_t> bytes) : bytes_(bytes) {}
@@ -45,7 +46,7 @@ void ReadBlock(const Block& block, FrameMetadata* out) {
     out->exposure_us = block.U32(0x08, 28);
   } else if (block.id() == kDepthControl) {
     out->gain = block.U32(0x01, 16);
-    // Capture timing is the better source: it is that of this frame.
+    // The capture timing is the better source, since it is that of this frame.
     if (!out->exposure_us) out->exposure_us = block.U32(0x02, 20);
     out->laser_power_mw = block.U32(0x04, 24);
     if (const auto mode = block.U8(0x80, 56)) out->emitter_on = *mode != 0;
@@ -61,7 +62,7 @@ Result<FrameMetadata> ParseMetadata(std::span<const uint8_t> bytes) {
   FrameMetadata out;
   out.host_ns = static_cast<int64_t>(ReadU64(bytes, 0));
   const uint8_t flags = bytes[kHostBytes + 1];
-  // The kernel copies the camera's length byte also when it cuts the blocks off.
+  // The kernel copies the camera's length byte even when it cuts the blocks off.
   const size_t end = std::min(bytes.size(), kHostBytes + bytes[kHostBytes]);
   if ((flags & kHasPts) != 0) {
     if (end < kHostBytes + 6) {

@@ -19,19 +19,20 @@ inline constexpr uint32_t kMetaUvc = Fourcc('U', 'V', 'C', 'H');
 inline constexpr uint32_t kMetaD4xx = Fourcc('D', '4', 'X', 'X');
 
 struct FrameMetadata {
-  int64_t host_ns = 0;             // CLOCK_MONOTONIC at the start of the payload
+  int64_t host_ns = 0;             // start of the payload, CLOCK_MONOTONIC
   std::optional<uint32_t> pts_us;  // device clock (D4xx), wraps after 71.6 min
-  // D4xx blocks. Empty: the block, or the field in it, is not there.
+  // The following come from the blocks of D4xx cameras; each is empty when its block, or the field
+  // in it, is not there.
   std::optional<uint32_t> frame_counter;
   std::optional<uint32_t> to_mid_exposure_us;  // PTS minus this is the middle of the exposure
   std::optional<uint32_t> exposure_us;
   std::optional<uint32_t> gain;
   std::optional<uint32_t> laser_power_mw;
-  std::optional<bool> emitter_on;  // as the camera claims
+  std::optional<bool> emitter_on;  // what the camera claims, which need not be true
 };
 
-// Error kBadData: shorter than its header, or a block that reaches beyond the end. Unknown blocks
-// are skipped; a header without PTS is fine.
+// Reads a metadata buffer. Error kBadData: it is shorter than its header, or a block reaches beyond
+// its end. Unknown blocks are skipped, and a header without PTS is fine.
 Result<FrameMetadata> ParseMetadata(std::span<const uint8_t> bytes);
 
 }  // namespace gw::camera

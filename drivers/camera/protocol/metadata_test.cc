@@ -34,7 +34,7 @@ TEST(Metadata, EveryFieldOfTheD4xxBlocks) {
   EXPECT_EQ(parsed->emitter_on, false);
 }
 
-// Debian 12's kernel: 22 bytes, of which the length byte claims 232.
+// The kernel of Debian 12 gives 22 bytes, of which the length byte claims 232.
 TEST(Metadata, HeaderAloneStillHasTheDeviceTime) {
   const auto bytes = EncodeMetadata(Full(), false);
   ASSERT_EQ(bytes.size(), 22U);
@@ -66,7 +66,7 @@ TEST(Metadata, BlockBeyondTheEndAndShortBuffersAreRefused) {
   auto bytes = EncodeMetadata(Full(), true);
   bytes[22 + 4] = 250;  // size of the first block
   EXPECT_EQ(ParseMetadata(bytes).error().code, ErrorCode::kBadData);
-  bytes[22 + 4] = 0;  // would never end
+  bytes[22 + 4] = 0;  // a block of size 0 would never end
   EXPECT_FALSE(ParseMetadata(bytes));
   EXPECT_FALSE(ParseMetadata({}));
   EXPECT_FALSE(ParseMetadata(std::vector<uint8_t>(11)));

@@ -20,7 +20,7 @@ Result<IioLayout> Layout(const std::vector<std::array<const char*, 3>>& channels
   return IioLayout::Create(parsed);
 }
 
-// 3 x s32, padding, s64: what hid-sensor-accel-3d offers.
+// The driver hid-sensor-accel-3d offers rows of 3 x s32, padding, s64.
 TEST(IioBuffer, RowOfTheMotionModule) {
   const auto layout = Layout({{"in_timestamp", "3", "le:s64/64>>0"},
                               {"in_accel_x", "0", "le:s32/32>>0"},
@@ -65,7 +65,7 @@ TEST(IioBuffer, WhatItDoesNotUnderstandIsRefused) {
 
 TEST(MotionUnits, GyroScaleDependsOnTheFirmware) {
   const double deg = std::numbers::pi / 180;
-  // Old: the high half is rubbish.
+  // In samples of old firmware the high half is rubbish.
   const Eigen::Vector3d old = GyroFromRaw({0x7000000A, 0xFFFF, 20}, FirmwareVersion{5, 15, 1, 0});
   EXPECT_TRUE(old.isApprox(Eigen::Vector3d(-1.0, -0.1, -2.0) * deg, 1e-12)) << old.transpose();
   const Eigen::Vector3d fine = GyroFromRaw({10'000, -1'000, 20'000}, FirmwareVersion{5, 16, 0, 1});

@@ -13,13 +13,14 @@
 
 namespace gw::camera {
 
-// rad/s. Firmware before 5.16: 0.1 deg/s a step in the low 16 bits; from 5.16 on 0.0001 deg/s.
+// The angular rate in rad/s. A step is 0.1 deg/s in the low 16 bits with firmware before 5.16, and
+// 0.0001 deg/s from 5.16 on.
 Eigen::Vector3d GyroFromRaw(const std::array<int64_t, 3>& raw, const FirmwareVersion& firmware);
-// m/s^2; a step is 0.001 g.
+// The specific force in m/s^2; a step is 0.001 g.
 Eigen::Vector3d AccelFromRaw(const std::array<int64_t, 3>& raw);
 
-// What is to be written to sampling_frequency for a rate in Hz: the firmware takes the place of the
-// rate in its table, not the rate. Empty: no D435i has this rate.
+// The number to write to sampling_frequency for a rate in Hz: the firmware takes the place of the
+// rate in its table, not the rate. Empty when no D435i has this rate.
 std::optional<int> SamplingFrequencyCode(int rate_hz);
 
 }  // namespace gw::camera

@@ -34,11 +34,12 @@ inline RobotConfig ConfigForTest(CameraKind kind) {
   camera.T_C0C1 = SE3(Eigen::Quaterniond::Identity(), {0.05, 0, 0});
   config.calibration.imu.present = true;
   config.calibration.imu.rate_hz = 200;
-  config.drivers.camera.transport_delay_ms = 5;  // that of the emulator
+  config.drivers.camera.transport_delay_ms = 5;  // the delay of the emulator
   return config;
 }
 
-// A wall 2 m away with squares of two greys; the first pixels hold the number of the frame.
+// A scene: a wall 2 m away with squares of two greys; the first pixels hold the number of the
+// frame.
 class SceneForTest {
  public:
   SceneForTest() {
@@ -131,7 +132,7 @@ class CameraRig {
     camera_.Plug();
   }
 
-  // Error of a frame's time against the truth; its number is in its first pixel, modulo 256.
+  // The error of a frame's time against the truth; its number is in its first pixel, modulo 256.
   double TimeErrorMs(const Frame& frame) const {
     const int number = frame.frame.left.data[0];
     const Utime truth{camera_.MidExposureUs(number) + kOffsetUs};
@@ -181,7 +182,7 @@ class CameraRig {
            .ok());
   }
 
-  // The other ends of the nodes of accelerometer and gyro.
+  // Opens the other ends of the nodes of accelerometer and gyro.
   void OpenMotionNodes() {
     motion_nodes_.clear();
     for (int i = 0; i < 2; ++i) {
@@ -191,7 +192,8 @@ class CameraRig {
     }
   }
 
-  // Accelerometer every 4 ms, gyro every 5 ms; 1 ms old when they can be read.
+  // Feeds the accelerometer every 4 ms and the gyro every 5 ms; samples are 1 ms old when they can
+  // be read.
   void FeedMotion() {
     if (motion_nodes_.empty()) return;
     if (now_us_ % 4000 == 0) WriteRow(0, raw_accel);

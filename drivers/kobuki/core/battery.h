@@ -12,12 +12,14 @@ struct BatteryState {
   double volts = 0;
   double percent = 0;
   Charging charging = Charging::kNo;
-  bool from_adapter = false;  // else from the dock; meaningless when not charging
-  bool low = false;           // below 14.0 V: drive to the charger
-  bool critical = false;      // below 13.2 V: the base will switch off within minutes
+  // Charges from the adapter, not from the dock; meaningless when not charging.
+  bool from_adapter = false;
+  bool low = false;       // below 14.0 V: time to drive to the charger
+  bool critical = false;  // below 13.2 V: the base will switch off within minutes
 };
 
-// Linear between 13.2 V (5 %) and 16.5 V (100 %), as upstream's diagnostics have it.
+// The charge is taken as linear between 13.2 V (5 %) and 16.5 V (100 %), as in the Battery class of
+// the published implementation (kobuki_core).
 inline BatteryState ReadBattery(uint8_t battery_dv, uint8_t charger) {
   BatteryState out;
   out.volts = battery_dv * 0.1;

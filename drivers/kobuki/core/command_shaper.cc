@@ -8,11 +8,11 @@
 namespace gw::kobuki {
 namespace {
 
-// Steps longer than this (the process was stalled) do not move the ramp further.
+// A step that is longer than this, because the process was stalled, does not move the ramp further.
 constexpr double kMaxStepS = 0.1;
 
 double Ramp(double current, double target, double up, double down) {
-  // Through zero in two strokes: first get slower, then faster the other way.
+  // A change of sign takes two strokes: first slower to zero, then faster the other way.
   if (current * target < 0) target = 0;
   const double limit = std::abs(target) > std::abs(current) ? up : down;
   return current + std::clamp(target - current, -limit, limit);
@@ -37,7 +37,7 @@ bool CommandShaper::commanded(Utime now) const {
 Twist CommandShaper::Wanted(Utime now) const {
   if (!commanded(now)) return {};
   const double max_w = config_.max_turn_deg_s * (std::numbers::pi / 180);
-  // Both scaled alike, so that a command too fast still drives its curve.
+  // Both speeds are scaled alike, so that a command that is too fast still drives its curve.
   const double excess = std::max(
       {1.0, std::abs(command_.v_m_s) / config_.max_speed_m_s, std::abs(command_.w_rad_s) / max_w});
   return {command_.v_m_s / excess, command_.w_rad_s / excess};

@@ -1,5 +1,5 @@
-// From BASE_COMMAND messages to what the base is told: newest command, its age, limits of speed and
-// acceleration.
+// Makes of BASE_COMMAND messages what the base is told: takes the newest command, its age, and the
+// limits of speed and acceleration into account.
 #pragma once
 
 #include <optional>
@@ -14,8 +14,9 @@ class CommandShaper {
  public:
   explicit CommandShaper(const KobukiConfig& config) : config_(config) {}
 
-  // False, and the command is ignored: its numbers are not finite, or it was decided longer than
-  // the timeout before or after `now`, as when a recording is played beside the robot.
+  // Takes a command. False, and the command is ignored, when its numbers are not finite, or when it
+  // was decided longer than the timeout before or after `now`, as when a recording is played beside
+  // the robot.
   bool Push(const BaseCommand& command, Utime now);
 
   // What the sender wants now, within the speed limits; a stop when its last command is too old.

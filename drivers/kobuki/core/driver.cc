@@ -8,16 +8,17 @@
 namespace gw::kobuki {
 namespace {
 
-// Track width that the firmware computes with; the calibrated one only interprets ticks.
+// The track width that the firmware computes with; the calibrated one only interprets ticks.
 constexpr double kFirmwareTrackM = 0.23;
-// One byte on the line: 10 bits at 115200 baud.
+// The time of one byte on the line: 10 bits at 115200 baud.
 constexpr double kByteUs = 86.8;
 constexpr DurationUs kAskIdentityEvery{1'000'000};
-// Later requests only measure the round trip. Not a multiple of the frame period, so that they meet
-// all its phases.
+// Requests after the first only measure the round trip. The interval is not a multiple of the frame
+// period, so that they meet all its phases.
 constexpr DurationUs kAskAgainEvery{5'003'000};
 constexpr DurationUs kAnswerTimeout{1'000'000};
-// The output word is not acknowledged; a reboot forgets it.
+// The output word is sent again at this interval: it is not acknowledged, and a reboot of the base
+// forgets it.
 constexpr DurationUs kOutputEvery{1'000'000};
 
 void Append(const std::vector<uint8_t>& bytes, std::vector<uint8_t>* out) {
@@ -68,7 +69,7 @@ Driver::Samples Driver::Receive(std::span<const uint8_t> bytes, Utime arrival) {
   }
   last_bytes_ = arrival;
   for (const Frame& frame : parser_.Push(bytes)) {
-    // What stands behind the frame took its time on the line after the frame.
+    // The bytes that stand behind the frame took their time on the line after it.
     const double behind_us = kByteUs * static_cast<double>(frame.bytes_after);
     Accept(frame, arrival - DurationUs{std::llround(behind_us)}, &out);
   }
@@ -80,7 +81,7 @@ void Driver::Accept(const Frame& frame, Utime arrival, Samples* out) {
   unknown_ += feedback.unknown;
   decoded_bad_length_ += feedback.bad_length;
   last_frame_ = arrival;
-  // Measured before the frame began, not when its last byte came.
+  // The sample was measured before the frame began, not when its last byte came.
   const double on_line_us = kByteUs * static_cast<double>(frame.payload.size() + kFrameOverhead);
   const Utime begin = arrival - DurationUs{std::llround(on_line_us)};
   AcceptIdentity(feedback, begin);
@@ -182,7 +183,7 @@ void Driver::Restart(bool rebooted) {
   gyro_timing_.Reset();
   if (!rebooted) return;
   clock_.Reset();
-  shaper_.Halt();  // it stands: accelerate anew
+  shaper_.Halt();  // the base stands and has to accelerate anew
   // Another base may be at the cable now.
   identity_ = {};
   last_request_sent_.reset();
@@ -244,8 +245,8 @@ std::vector<uint8_t> Driver::StopBytes() {
   return CommandFrame().Drive({}).Encode();
 }
 
-// LED 1: green all well, orange no command, red stopped. LED 2: green, orange low, red critical
-// battery.
+// The word that the LEDs should show. LED 1 is green when all is well, orange without a command,
+// red when stopped; LED 2 is green, orange for a low and red for a critical battery.
 OutputWord Driver::WantedOutput(Utime now) const {
   const bool stopped = guard_.stop() != SafetyGuard::Stop::kNone || firmware_refused();
   OutputWord out;

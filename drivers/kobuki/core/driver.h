@@ -1,5 +1,5 @@
-// The Kobuki driver without its serial port: bytes and commands in, samples and bytes out. Times
-// come with the calls, must not decrease, and are of the robot's one clock
+// The Kobuki driver without its serial port: bytes and commands go in, samples and bytes come out.
+// Times come with the calls, must not decrease, and are of the robot's one clock
 // (common/process/clock.h).
 #pragma once
 
@@ -32,7 +32,7 @@ struct Identity {
   bool complete() const { return hardware && firmware && udid; }
 };
 
-// How the driver is doing, in HEALTH's words.
+// The state of the driver, in the terms of HEALTH.
 struct Condition {
   HealthState state = HealthState::kStarting;
   std::string message;
@@ -41,27 +41,28 @@ struct Condition {
 class Driver {
  public:
   struct Samples {
-    std::vector<WheelSample> wheel;  // in order; utime strictly increases, seq without gaps from 1
-    std::vector<ImuSample> imu;      // gyro in B, stationary bias removed; the same promises
+    // In order: utime strictly increases, seq counts from 1 without gaps.
+    std::vector<WheelSample> wheel;
+    std::vector<ImuSample> imu;  // gyro in B without its stationary bias, in the same order
   };
 
   Driver(const KobukiConfig& config, const WheelCalibration& wheel);
 
-  // Bytes that one read gave at `arrival`.
+  // Takes the bytes that one read gave at `arrival`, and gives the samples that they complete.
   Samples Receive(std::span<const uint8_t> bytes, Utime arrival);
   void Command(const BaseCommand& command, Utime now);
-  // To be called every few milliseconds; gives the bytes to send now, often none. Every 20 ms they
-  // hold a motion command, a stop when nothing else is wanted or known to be safe. Nothing before
-  // the first valid frame: until then it may be any device.
+  // Gives the bytes to send now, often none; to be called every few milliseconds. Every 20 ms they
+  // hold a motion command, which is a stop when nothing else is wanted or known to be safe. Nothing
+  // is sent before the first valid frame: until then the device may be any.
   std::vector<uint8_t> Tick(Utime now);
   // The stop that the shell sends before it closes the port.
   static std::vector<uint8_t> StopBytes();
 
-  // The port was opened anew: partial frames and the robot's state are forgotten, sequence numbers
-  // go on.
+  // To be called when the port was opened anew: partial frames and the robot's state are forgotten,
+  // sequence numbers go on.
   void PortOpened(Utime now);
 
-  bool talking(Utime now) const;  // a valid frame within the last kSilent
+  bool talking(Utime now) const;  // true when a valid frame came within the last kSilent
   Condition GetCondition(Utime now) const;
   // Counters, and the newest battery_mv, battery_percent, charging, delays; sorted by name.
   std::vector<std::pair<std::string, int64_t>> Counters() const;
@@ -71,23 +72,24 @@ class Driver {
   const BatteryState& battery() const { return battery_; }
   SafetyGuard::Stop stop() const { return guard_.stop(); }
   Twist driving() const { return driving_; }  // what the base was last told
-  // Least time from a request to the frame that answers it: an upper bound of the constant delay
-  // from measurement to arrival, and close to it when commands arrive fast. 0: not yet measured.
+  // The least time from a request to the frame that answers it: an upper bound of the constant
+  // delay from measurement to arrival, and close to it when commands arrive fast. 0 while it is not
+  // measured.
   DurationUs round_trip() const { return round_trip_; }
   DurationUs worst_wait() const { return worst_wait_; }
   const DeviceClock& clock() const { return clock_; }
 
   static constexpr DurationUs kCommandPeriod = Milliseconds(20);
-  // A pause in the middle of a frame after which its rest is not waited for. Longer than a host or
-  // an adapter may sleep: a shorter limit (40 ms) costs a frame with each stall and gains nothing,
-  // since bytes that follow a broken frame expose it anyway.
+  // After a pause of this length in the middle of a frame its rest is not waited for. It is longer
+  // than a host or an adapter may sleep: a shorter limit (40 ms) costs a frame with each stall and
+  // gains nothing, since bytes that follow a broken frame expose it anyway.
   static constexpr DurationUs kPartialGap = Milliseconds(200);
   // Without feedback for this long nothing is known about cliffs: the base is told to stop.
   static constexpr DurationUs kSilent = Milliseconds(200);
 
  private:
   void Accept(const Frame& frame, Utime arrival, Samples* out);
-  // begin: when the first byte of the frame arrived, at the latest.
+  // `begin` is when the first byte of the frame arrived, at the latest.
   void AcceptBasic(const Feedback& feedback, Utime begin, Samples* out);
   void AcceptIdentity(const Feedback& feedback, Utime begin);
   void AcceptGyro(const RawGyro& gyro, int64_t robot_us, Samples* out);
@@ -123,7 +125,7 @@ class Driver {
   DurationUs round_trip_;
   DurationUs worst_wait_;
 
-  // The wheel sample before: where the next begins.
+  // Time of the wheel sample before, where the next one begins.
   std::optional<Utime> wheel_utime_;
   WheelTicks wheel_ticks_;
   ContactFlags latched_;
@@ -135,7 +137,8 @@ class Driver {
   int64_t decoded_bad_length_ = 0;
   int64_t unknown_ = 0;
   int64_t duplicates_ = 0;
-  int64_t merged_ = 0;  // frames without a sample of their own: mapped not after the one before
+  // Frames without a sample of their own: their time is not after that of the one before.
+  int64_t merged_ = 0;
   int64_t commands_ = 0;
   int64_t commands_refused_ = 0;
   int64_t imu_dropped_ = 0;

@@ -1,4 +1,4 @@
-// The driver against the emulated base: odometry, gyro, faults, safety, what it sends.
+// Tests of the driver against the emulated base: odometry, gyro, faults, safety, what it sends.
 #include "drivers/kobuki/core/driver.h"
 
 #include <gmock/gmock.h>
@@ -30,7 +30,8 @@ Planar Integrate(const std::vector<WheelSample>& samples) {
   return p;
 }
 
-// Drives a curvy way through several wraps of the encoders (5.59 m) and of the clock (65.5 s).
+// The base drives a curvy way through several wraps of the encoders (5.59 m) and of the clock (65.5
+// s).
 TEST(KobukiDriver, OdometryFollowsTheBaseThroughAllWraps) {
   EmulatorConfig robot;
   robot.first_timestamp_ms = 60000;
@@ -89,7 +90,7 @@ TEST(KobukiDriver, RebootMakesNoMotionAndIsCounted) {
     EXPECT_LT(std::abs(rig.wheel[i].dx_m), 0.02);
   }
   EXPECT_EQ(rig.wheel.back().seq, static_cast<int64_t>(rig.wheel.size()));
-  // It is asked again who it is, and told again what its outputs are.
+  // The base is asked again who it is, and told again what its outputs are.
   EXPECT_TRUE(rig.driver.identity().complete());
   EXPECT_EQ(rig.emulator.output() & 0x00F0, 0x00F0);
 }
@@ -202,7 +203,7 @@ TEST(KobukiSafety, BumperStopsForwardMotionUntilTheSenderBacksOff) {
   EXPECT_TRUE(rig.wheel.back().contact.bumper);
   EXPECT_EQ(rig.emulator.output() & 0x0300, 0x0100);  // LED 1 red
   EXPECT_THAT(rig.driver.GetCondition(rig.now()).message, HasSubstr("bumper"));
-  // Released by itself, but the sender still pushes forward: it has not noticed.
+  // The block could end now, but the sender still pushes forward: it has not noticed.
   rig.emulator.SetContact(0, 0, 0);
   rig.Run(2, Twist{0.3, 0.5});
   EXPECT_EQ(rig.driver.driving().v_m_s, 0);
@@ -225,7 +226,7 @@ TEST(KobukiSafety, CliffLetsTheBaseBackOffAndTurnOnly) {
   EXPECT_NEAR(rig.driver.driving().w_rad_s, -0.5, 1e-9);
   rig.Run(1, Twist{-0.2, 0});
   EXPECT_NEAR(rig.driver.driving().v_m_s, -0.2, 1e-9);
-  rig.Run(1, Twist{0.2, 0});  // still no floor
+  rig.Run(1, Twist{0.2, 0});  // there is still no floor
   EXPECT_EQ(rig.driver.driving().v_m_s, 0);
 }
 
@@ -242,7 +243,7 @@ TEST(KobukiSafety, CarriedBaseDoesNotDriveOffWhenPutDown) {
   rig.emulator.SetContact(0, 0, 0);
   rig.Run(3, Twist{0.3, 0});
   EXPECT_EQ(rig.driver.driving().v_m_s, 0);
-  rig.Run(0.4);  // silence does
+  rig.Run(0.4);  // silence counts as a stop
   rig.Run(1, Twist{0.3, 0});
   EXPECT_NEAR(rig.driver.driving().v_m_s, 0.3, 1e-9);
 }
@@ -280,18 +281,18 @@ TEST(KobukiGyro, BiasIsLearntAtRestAndOnlyAtRest) {
   EXPECT_NEAR(mean_z(0), 0, 0.005);
   EXPECT_NEAR(mean_z(500), 0, 3e-4);
   EXPECT_FALSE(rig.imu.back().has_accel);
-  // Turning steadily is no bias.
+  // A steady turn is not taken for a bias.
   rig.Run(10, Twist{0, 0.5});
   const size_t turning = rig.imu.size() - 300;
   EXPECT_NEAR(mean_z(turning), rig.emulator.w_rad_s(), 0.001);
-  // Nor is being turned by hand without the wheels' help. (Wheels still, gyro not.)
+  // A base that is turned by hand shows no bias either: its wheels are still and its gyro is not.
   StationaryBias bias;
   for (int i = 0; i < 1000; ++i) bias.Add({0, 0, 0.5}, true);
   EXPECT_FALSE(bias.known());
 }
 
 TEST(KobukiGyro, AxesAreThoseOfTheBody) {
-  // The worked example of the protocol notes, deg/s.
+  // This is the worked example of the protocol, in deg/s.
   const Eigen::Vector3d w = GyroRate({10, -20, 30}) * 180 / std::numbers::pi;
   EXPECT_NEAR(w.x(), 0.175, 1e-12);
   EXPECT_NEAR(w.y(), 0.0875, 1e-12);
@@ -320,7 +321,8 @@ TEST(KobukiBattery, StateReachesHealthAndLeds) {
   EXPECT_NEAR(ReadBattery(132, 0).percent, 5, 1e-9);
 }
 
-// Far more damage than any cable does; every frame that comes through is still a possible one.
+// The stream has far more damage than any cable gives; every frame that comes through is still a
+// possible one.
 TEST(KobukiDriver, HostileStreamNeverBecomesImpossibleMotion) {
   for (uint64_t seed = 1; seed <= 20; ++seed) {
     CounterRng rng(seed, 3, 0);
@@ -349,7 +351,7 @@ TEST(KobukiDriver, HostileStreamNeverBecomesImpossibleMotion) {
       if (i > 0) {
         ASSERT_GE(s.utime_begin, rig.wheel[i - 1].utime);
       }
-      // The limit on ticks: 1.07 m/s, and for each interval the ticks of 20 ms more.
+      // The limit on ticks is 1.07 m/s, and for each interval the ticks of 20 ms more.
       const double most = 1.1 * (s.utime - s.utime_begin).seconds() + 0.03;
       ASSERT_LT(std::hypot(s.dx_m, s.dy_m), most) << "seed " << seed << " sample " << i;
     }
@@ -367,7 +369,7 @@ TEST(KobukiDriver, RandomBytesAndTimesHarmNothing) {
   int64_t samples = 0;
   for (uint64_t i = 0; i < 40'000; ++i) {
     CounterRng rng(4, 1, i);
-    // Valid frames of nonsense, so that what is behind the checksum is reached.
+    // These are valid frames of nonsense, so that what is behind the checksum is reached.
     BasicData basic{
         .timestamp_ms = static_cast<uint16_t>(i * 20 + rng.Below(3)),
         .bumper = static_cast<uint8_t>(rng.Below(256)),

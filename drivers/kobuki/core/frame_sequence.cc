@@ -15,7 +15,8 @@ int64_t HostMs(const FrameStamp& before, const FrameStamp& after) {
   return (after.arrival - before.arrival).us / 1000;
 }
 
-// A repeated time may come with the ticks of the next frame.
+// True when a motion of this base can change the ticks by this much in the time between. A repeated
+// time may come with the ticks of the next frame.
 bool TicksFit(uint16_t before, uint16_t after, int64_t step_ms) {
   const int ticks = static_cast<int16_t>(static_cast<uint16_t>(after - before));
   const auto step = static_cast<double>(std::max<int64_t>(step_ms, 20));

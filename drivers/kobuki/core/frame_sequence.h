@@ -11,7 +11,7 @@
 namespace gw::kobuki {
 
 struct FrameStamp {
-  uint16_t timestamp_ms = 0;  // robot clock
+  uint16_t timestamp_ms = 0;  // the robot's clock
   uint16_t left_ticks = 0;
   uint16_t right_ticks = 0;
   Utime arrival;
@@ -27,23 +27,25 @@ class FrameSequence {
   };
   struct Judgement {
     Verdict verdict = Verdict::kHeld;
-    int64_t robot_us = 0;   // unwrapped; kContinues and kRestarts. Continues over gaps
-    bool rebooted = false;  // kRestarts: the robot's clock began anew, and so does robot_us
+    int64_t robot_us = 0;   // unwrapped time of kContinues and kRestarts, which continues over gaps
+    bool rebooted = false;  // of kRestarts: the robot's clock began anew, and so does robot_us
   };
 
   Judgement Judge(const FrameStamp& stamp);
 
-  int64_t corrupt() const { return corrupt_; }    // held frames that the next one disproved
-  int64_t restarts() const { return restarts_; }  // without the first
+  int64_t corrupt() const { return corrupt_; }    // held frames that the next frame disproved
+  int64_t restarts() const { return restarts_; }  // restarts after the first beginning
   int64_t reboots() const { return reboots_; }
 
-  // 0.7 m/s is 164 ticks in 20 ms; half as much again is no motion of this base.
+  // The largest motion that is believed: 0.7 m/s is 164 ticks in 20 ms, and half as much again is
+  // no motion of this base.
   static constexpr double kMaxTicksPerMs = 12.5;
-  // Longer gaps could hide half a turn of the 16-bit encoders (4 s at 0.7 m/s).
+  // The longest gap that is bridged: a longer one could hide half a turn of the 16-bit encoders (4
+  // s at 0.7 m/s).
   static constexpr int64_t kMaxGapMs = 3000;
-  // How far host and robot may disagree on a time span: deliveries wait.
-  static constexpr int64_t kMaxEarlyMs = 1500;  // the frame before had waited
-  static constexpr int64_t kMaxLateMs = 5000;   // this one has
+  // How far host and robot may disagree on a time span, because deliveries wait.
+  static constexpr int64_t kMaxEarlyMs = 1500;  // when the frame before had waited
+  static constexpr int64_t kMaxLateMs = 5000;   // when this frame has waited
 
  private:
   static bool Follows(const FrameStamp& before, const FrameStamp& after);

@@ -17,7 +17,7 @@ FrameStamp At(int64_t ms, uint16_t ticks = 0) {
   return {static_cast<uint16_t>(ms), ticks, ticks, Utime{1000 * (ms + 700'000)}};
 }
 
-// A sequence that has settled at `ms`.
+// A sequence of frames that has settled at `ms`.
 FrameSequence Running(int64_t ms) {
   FrameSequence s;
   EXPECT_EQ(s.Judge(At(ms - 20)).verdict, Verdict::kHeld);
@@ -85,7 +85,7 @@ TEST(Odometry, TurnsAndWrapsAreExact) {
   EXPECT_NEAR(straight.dy_m, 0, 1e-12);
   const PlanarMotion back = MotionBetween({464, 1'100}, {65'000, 100}, wheel);
   EXPECT_NEAR(back.dx_m, -0.1, 1e-12);
-  // A quarter turn to the left around the left wheel.
+  // The base makes a quarter turn to the left around the left wheel.
   const auto arc = static_cast<uint16_t>(std::lround(10'000 * 0.25 * std::numbers::pi / 2));
   const PlanarMotion quarter = MotionBetween({0, 0}, {0, arc}, wheel);
   EXPECT_NEAR(quarter.dyaw_rad, std::numbers::pi / 2, 1e-4);

@@ -15,22 +15,23 @@ namespace gw::kobuki {
 
 inline constexpr double kGyroRadPerLsb = 0.00875 * std::numbers::pi / 180;
 
-// Rate in B, rad/s, bias included. The sensor sits turned by 90 deg counter-clockwise about z.
+// The rate in B, rad/s, with its bias. The sensor sits turned by 90 degrees counter-clockwise about
+// z.
 inline Eigen::Vector3d GyroRate(const std::array<int16_t, 3>& raw) {
   return kGyroRadPerLsb * Eigen::Vector3d(-raw[1], raw[0], raw[2]);
 }
 
-// When each sample was taken, in robot time. Samples carry a running number but no time: they are
-// taken at a steady rate of nominally 100 Hz (104 Hz was measured on one robot), and each is older
-// than the frame that brings it. The envelope under the ages finds rate and phase.
+// Tells when each sample was taken, in robot time. Samples carry a running number but no time: they
+// are taken at a steady rate of nominally 100 Hz (104 Hz was measured on one robot), and each is
+// older than the frame that brings it. The envelope under the ages finds rate and phase.
 class GyroTiming {
  public:
   struct Times {
-    size_t first_new = 0;           // samples before this one came already
-    std::vector<int64_t> robot_us;  // of every sample of the frame
+    size_t first_new = 0;           // index of the first sample that has not come before
+    std::vector<int64_t> robot_us;  // times of all samples of the frame
   };
 
-  // robot_us: of the frame; must not decrease between resets.
+  // `robot_us` is the time of the frame; it must not decrease between resets.
   Times Stamp(const RawGyro& gyro, int64_t robot_us);
   void Reset();
 
@@ -47,12 +48,12 @@ class GyroTiming {
   int64_t lost_ = 0;
 };
 
-// Mean of the gyro while the base stands still: the bias to be taken off. Only whole windows of
-// standing count, and only once the base stood still for some time after them: motion begins in the
-// gyro before the wheels show it.
+// The mean of the gyro while the base stands still, which is the bias to be taken off. Only whole
+// windows of standing count, and only once the base stood still for some time after them: motion
+// begins in the gyro before the wheels show it.
 class StationaryBias {
  public:
-  // stationary: wheels neither turn nor are driven.
+  // `stationary` says that the wheels neither turn nor are driven.
   void Add(const Eigen::Vector3d& w_B_rad_s, bool stationary);
 
   bool known() const { return windows_ > 0; }
@@ -61,10 +62,10 @@ class StationaryBias {
 
   static constexpr int kWindow = 100;  // samples, about one second
   static constexpr int kAfter = 20;
-  // Beyond these someone turns or shakes the base by hand (noise of the sensor: 0.1 deg/s).
+  // Beyond these limits someone turns or shakes the base by hand (noise of the sensor: 0.1 deg/s).
   static constexpr double kMaxBias = 5 * std::numbers::pi / 180;
   static constexpr double kMaxSigma = 0.5 * std::numbers::pi / 180;
-  static constexpr double kGain = 0.2;  // of a window after the first
+  static constexpr double kGain = 0.2;  // weight of each window after the first
 
  private:
   void StartWindow();

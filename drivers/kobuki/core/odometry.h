@@ -1,4 +1,4 @@
-// Encoder ticks and the base's heading, as motion of the body.
+// Turns encoder ticks and the base's heading into motion of the body.
 #pragma once
 
 #include <cmath>
@@ -14,11 +14,11 @@ struct WheelTicks {
 };
 
 struct PlanarMotion {
-  double dx_m = 0, dy_m = 0, dyaw_rad = 0;  // in B at the begin
+  double dx_m = 0, dy_m = 0, dyaw_rad = 0;  // in B as it was at the begin
 };
 
-// Motion while both wheels rolled without slip at constant speeds. Either difference must be below
-// half a turn of the counter, 2.79 m.
+// The motion when both wheels rolled without slip at constant speeds. Either difference of ticks
+// must be below half a turn of the counter, 2.79 m.
 inline PlanarMotion MotionBetween(WheelTicks before, WheelTicks after,
                                   const WheelCalibration& wheel) {
   const auto metres = [&wheel](uint16_t from, uint16_t to) {
@@ -28,13 +28,14 @@ inline PlanarMotion MotionBetween(WheelTicks before, WheelTicks after,
   const double right = metres(before.right, after.right);
   const double way = (left + right) / 2;
   const double yaw = (right - left) / wheel.track_width_m;
-  // An arc: its chord points half the turn aside, and is shorter by the factor sin(h) / h.
+  // The way is an arc: its chord points half the turn aside, and is shorter by the factor sin(h) /
+  // h.
   const double half = yaw / 2;
   const double chord = std::abs(half) < 1e-6 ? way : way * std::sin(half) / half;
   return {chord * std::cos(half), chord * std::sin(half), yaw};
 }
 
-// The firmware's heading in radians, in [-pi, pi]. Whole turns of the 0.01 degree count vanish,
+// The firmware's heading in radians, in [-pi, pi]. Whole turns of the count of 0.01 degrees vanish,
 // whatever the firmware wraps at.
 inline double HeadingFromCentidegrees(int16_t angle_cdeg) {
   const int wrapped = ((angle_cdeg + 18000) % 36000 + 36000) % 36000 - 18000;

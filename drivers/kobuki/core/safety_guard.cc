@@ -27,7 +27,8 @@ Twist SafetyGuard::Filter(const Twist& wanted, Utime now) {
   const bool forward = wanted.v_m_s > 0;
   Release(!forward, kClearForContact, now, &bumper_);
   Release(!forward, kClearForContact, now, &cliff_);
-  // Acknowledged on the floor only: a stop sent while the base was carried says nothing.
+  // A stop acknowledges only on the floor: one that was sent while the base was carried says
+  // nothing.
   Release(!drop_.active && wanted.v_m_s == 0 && wanted.w_rad_s == 0, kClearForDrop, now, &drop_);
   if (drop_.blocked) return {};
   if ((bumper_.blocked || cliff_.blocked) && forward) return {};

@@ -1,12 +1,13 @@
-// Stops the base when bumper, cliff sensor or wheel drop say so. Firmware since 1.1.2 does not.
+// Stops the base when bumper, cliff sensor or wheel drop say so; firmware since 1.1.2 does not do
+// it by itself (yujinrobot kobuki_driver documentation).
 //
 //   bumper or cliff   Every command with forward speed becomes a stop; backing off and turning in
-//                     place pass. Released when the sensor has been clear for 0.5 s and the sender
-//                     has commanded something without forward speed since the contact: it noticed.
-//   wheel drop        Nothing passes: someone holds the base. Released when both wheels have
-//   carried
-//                     it for 1 s and the sender has commanded a stop since (silence counts as
-//                     stop): a base that is put down does not drive off.
+//                     place pass. The block ends when the sensor has been clear for 0.5 s and the
+//                     sender has commanded something without forward speed since the contact, which
+//                     shows that it noticed.
+//   wheel drop        Nothing passes, since someone holds the base. The block ends when both wheels
+//                     have carried it for 1 s and the sender has commanded a stop since (silence
+//                     counts as a stop), so that a base that is put down does not drive off.
 #pragma once
 
 #include <optional>
@@ -20,13 +21,14 @@ class SafetyGuard {
  public:
   enum class Stop { kNone, kBumper, kCliff, kWheelDrop };
 
-  // What the sensors say, from every frame. Times must not decrease over Sense and Filter.
+  // Takes what the sensors say, from every frame. Times must not decrease over Sense() and
+  // Filter().
   void Sense(const ContactFlags& contact, Utime now);
 
-  // What of a command may be driven. A command either passes whole or is a stop.
+  // The part of a command that may be driven. A command either passes whole or becomes a stop.
   Twist Filter(const Twist& wanted, Utime now);
 
-  // Why forward motion is blocked now; the gravest reason.
+  // The gravest reason for which forward motion is blocked now.
   Stop stop() const;
   int64_t stops() const { return stops_; }  // how often a block began
 

@@ -1,4 +1,4 @@
-// Measurement times: what delivery does to arrivals must not reach the samples.
+// Tests of measurement times: what delivery does to arrivals must not reach the samples.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -52,7 +52,7 @@ std::vector<Delivery> Deliveries() {
 
 class KobukiTiming : public testing::TestWithParam<Delivery> {};
 
-// Straight ahead: every frame has ticks of its own.
+// The base drives straight ahead, so that every frame has ticks of its own.
 TEST_P(KobukiTiming, WheelTimesAreThoseOfTheMeasurementWithin2Ms) {
   DriverRig rig(GetParam().config);
   rig.Run(60, Twist{0.3, 0.02});
@@ -135,7 +135,7 @@ TEST(KobukiTransportDelay, ConstantDelayIsReportedAndStaysUnlessConfigured) {
       worst = std::max(worst, std::abs(error->seconds()));
     }
     EXPECT_LT(worst, 0.002);
-    // An upper bound that a minute of requests brings close.
+    // The round trip is an upper bound that a minute of requests brings close.
     EXPECT_GE(rig.driver.round_trip(), Milliseconds(47));
     EXPECT_LE(rig.driver.round_trip(), Milliseconds(57));
     std::printf("configured %.0f ms: worst %.2f ms, round trip %.1f ms\n", configured_ms,

@@ -1,5 +1,6 @@
-// Serial port, node and program on a pseudo terminal, in real time. Nothing here asserts how long
-// something takes: each waits until it happens, and the test's time limit is the only clock.
+// Tests of serial port, node and program on a pseudo terminal, in real time. Nothing here asserts
+// how long something takes: each waits until it happens, and the test's time limit is the only
+// clock.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -168,7 +169,7 @@ TEST(SerialPort, BadPathsHaveOneClearMessage) {
   std::remove(path.c_str());
 }
 
-// The program itself, with --check: one line and a documented exit code for every kind of input.
+// What the program gave with --check: one line and a documented exit code for every kind of input.
 struct Outcome {
   int exit_code = -1;
   std::string out, err;
@@ -179,7 +180,7 @@ std::string Slurp(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// A robot whose base is at this port.
+// Writes the configuration of a robot whose base is at this port.
 std::string WriteConfig(const std::string& device) {
   std::string text = Slurp(std::string(GW_SOURCE_DIR) + "/config/robots/turtlebot2_d435i.yaml");
   text += "\ndrivers:\n  kobuki:\n    device: " + device + "\n";
@@ -278,7 +279,7 @@ class LiveProgramTest : public testing::Test {
     child_ = 0;
     return status;
   }
-  // Commands all the while.
+  // Sends commands until `done`.
   void DriveUntil(const std::function<bool()>& done) {
     while (!done()) {
       ASSERT_TRUE(bus_->Publish(wire::kBaseCommand,

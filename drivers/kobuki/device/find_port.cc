@@ -17,7 +17,7 @@ struct Adapter {
   bool operator<(const Adapter& other) const { return serial < other.serial; }
 };
 
-// The serial number stands in the USB device's folder, some levels above the port's.
+// The serial number, which stands in the USB device's folder, some levels above that of the port.
 std::string SerialOf(const fs::path& tty) {
   std::error_code error;
   fs::path folder = fs::canonical(tty / "device", error);

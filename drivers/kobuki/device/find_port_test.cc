@@ -25,7 +25,7 @@ class FindPortTest : public testing::Test {
   }
   ~FindPortTest() override { fs::remove_all(root_); }
 
-  // As the kernel lays it out: class/ttyUSB0/device -> usb/1-2/1-2:1.0/ttyUSB0.
+  // Lays the folders out as the kernel does: class/ttyUSB0/device -> usb/1-2/1-2:1.0/ttyUSB0.
   void AddAdapter(const std::string& port, const std::string& serial) {
     const fs::path usb = root_ / "usb" / port;
     fs::create_directories(usb / "if0" / port);

@@ -69,7 +69,7 @@ void KobukiNode::OpenPort() {
              {{"port", port_path_}, {"low_latency", port_->low_latency() ? "yes" : "no"}});
 }
 
-// At once when the device is gone, so that it comes back under its old name.
+// A device that is gone is closed at once, so that it comes back under its old name.
 void KobukiNode::ClosePort() {
   port_.reset();
   link_.Closed(now_());
@@ -182,8 +182,8 @@ void KobukiNode::PublishHealth() {
 
 void KobukiNode::Shutdown() {
   if (!port_) return;
-  // To a device that never spoke as a Kobuki nothing is sent. More than once: a frame may be hit
-  // by noise, and nobody answers.
+  // A device that never spoke as a Kobuki is sent nothing. The stop is sent more than once, because
+  // a frame may be hit by noise and nobody answers.
   if (driver_.frame_counters().frames > 0) {
     for (int i = 0; i < 3 && port_; ++i) Send(Driver::StopBytes());
     if (port_) port_->Drain(200);

@@ -1,4 +1,4 @@
-// gw-kobuki without main: the driver core on a serial port and a bus.
+// The program gw-kobuki without its main(): the driver core on a serial port and a bus.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +21,14 @@ class KobukiNode {
  public:
   using Now = std::function<Utime()>;
 
-  // bus: outlives the node; null for --check, which tells nobody.
+  // `bus` must outlive the node; it is null for --check, which publishes nothing.
   KobukiNode(const RobotConfig& config, process::Bus* bus, Now now, process::LogLine log);
   // Tells the base to stop.
   ~KobukiNode();
   KobukiNode(const KobukiNode&) = delete;
   KobukiNode& operator=(const KobukiNode&) = delete;
 
-  // Subscribes to the commands. Error: of the bus.
+  // Subscribes to the commands. Errors are those of the bus.
   Result<Done> Start();
 
   // To be called when port_fd() is readable.
@@ -38,9 +38,9 @@ class KobukiNode {
   // Stops the base, waits until it is told, closes the port.
   void Shutdown();
 
-  int port_fd() const { return port_ ? port_->fd() : -1; }  // -1: none is open
+  int port_fd() const { return port_ ? port_->fd() : -1; }  // -1 while none is open
   LinkState link_state() const { return link_.state(now_()); }
-  // Empty while all is well: what is wrong with the link, for people.
+  // What is wrong with the link, for people; empty while all is well.
   std::string LinkMessage() const;
   const Driver& driver() const { return driver_; }
   const std::string& port_path() const { return port_path_; }

@@ -1,6 +1,6 @@
-// When to open and reopen the port, and what to say about it: absent, silent, garbage or talking.
-// A base that is switched off while its cable is in leaves the port in place; the two need
-// different things from people. No I/O, no clock: events and times in, decisions out.
+// Decides when to open and reopen the port, and what to say about it: absent, silent, garbage or
+// talking. A base that is switched off while its cable is in leaves the port in place; the two need
+// different things from people. No I/O and no clock: events and times go in, decisions come out.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace gw::kobuki {
 enum class LinkState {
   kAbsent,      // the port cannot be opened
   kConnecting,  // just opened; the first frame may be on its way
-  kSilent,      // open, but nothing comes: base switched off
+  kSilent,      // the port is open, but nothing comes: the base is switched off
   kGarbage,     // bytes come, but no valid frame: another device, or a broken cable
   kTalking,
 };
@@ -26,11 +26,12 @@ class Link {
   void Opened(Utime now);
   void Bytes(Utime now);  // something came
   void Frame(Utime now);  // a valid frame came
-  // Gone, or given up; to be called after the port was closed.
+  // To be called after the port was closed, because the device is gone or was given up.
   void Closed(Utime now);
 
-  // Open, but no frame for so long that a new try may help: the adapter may hang, or the symlink
-  // may point elsewhere now. Less and less often while it does not help.
+  // True when the port is open but no frame came for so long that a new try may help: the adapter
+  // may hang, or the symbolic link may point elsewhere now. It is tried less and less often while
+  // it does not help.
   bool ShouldReopen(Utime now) const;
 
   LinkState state(Utime now) const;

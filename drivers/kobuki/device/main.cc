@@ -18,7 +18,8 @@ namespace gw::kobuki {
 namespace {
 
 constexpr DurationUs kTick = Milliseconds(5);
-// Two requests for the version long; shorter than the link's patience with a silent port.
+// The option --check watches for the length of two requests for the version, which is shorter than
+// the link's patience with a silent port.
 constexpr DurationUs kCheckFor = Link::kGiveUp;
 
 int Fail(const Error& error) {
@@ -26,7 +27,7 @@ int Fail(const Error& error) {
   return ExitCodeFor(error);
 }
 
-// Waits for the port and the tick and serves the node. False: the signal to stop came.
+// Waits for the port and the tick, and serves the node. Gives false when the signal to stop came.
 Result<bool> Step(process::Loop* loop, process::Bus* bus, KobukiNode* node, int* watched) {
   if (node->port_fd() != *watched) {
     if (*watched >= 0) loop->Unwatch(*watched);
@@ -46,12 +47,12 @@ Result<bool> Step(process::Loop* loop, process::Bus* bus, KobukiNode* node, int*
   return !ready->stop;
 }
 
-// --check: is there a base, and which?
+// The option --check: says whether there is a base, and which one.
 int Check(process::Loop* loop, KobukiNode* node, const process::Clock& clock) {
   const Utime end = clock.Now() + kCheckFor;
   int watched = -1;
   node->Tick();
-  // What cannot be opened now will not come by waiting.
+  // A port that cannot be opened now will not come by waiting.
   if (node->link_state() != LinkState::kAbsent) {
     while (clock.Now() < end && !node->driver().identity().complete()) {
       const auto going_on = Step(loop, nullptr, node, &watched);
@@ -76,7 +77,7 @@ int Check(process::Loop* loop, KobukiNode* node, const process::Clock& clock) {
 }
 
 int Run(const RobotConfig& config, const std::string& lcm_url, bool check) {
-  // First, so that no other thread takes the signals.
+  // The loop is made first, so that no other thread takes the signals.
   auto loop = process::Loop::Create(kTick);
   if (!loop) return Fail(loop.error());
   const process::Clock clock;

@@ -1,4 +1,4 @@
-// A serial port of a Kobuki: 115200 8N1, raw, ours alone.
+// The serial port of a Kobuki: 115200 8N1, raw, locked for this program alone.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,12 @@ class SerialPort {
   // is used as it is.
   static Result<SerialPort> Open(const std::string& path);
 
-  // What has arrived; empty when nothing has. Error kIo: the device is gone.
+  // The bytes that have arrived; empty when nothing has. Error kIo: the device is gone.
   Result<std::vector<uint8_t>> Read();
-  // Writes what fits without waiting. False: some of it did not. Error kIo: the device is gone.
+  // Writes as much as fits without waiting; false when some of it did not. Error kIo: the device is
+  // gone.
   Result<bool> Write(std::span<const uint8_t> bytes);
-  // Waits until all is sent, at most this long.
+  // Waits until all is sent, at most for this long.
   void Drain(int timeout_ms);
 
   int fd() const { return fd_.get(); }

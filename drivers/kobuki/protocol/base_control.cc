@@ -7,9 +7,11 @@
 namespace gw::kobuki {
 namespace {
 
-constexpr double kSmall = 1e-4;  // m/s and rad/s that count as zero, as in kobuki_core
+// M/s and rad/s below which a speed counts as zero, as in the kobuki_core package.
+constexpr double kSmall = 1e-4;
 
-// To the nearest; halfway values toward zero, so that rounding never makes the robot faster.
+// Rounds to the nearest whole number, halfway values toward zero, so that rounding never makes the
+// robot faster.
 int16_t ToInt16(double value) {
   constexpr double kMax = std::numeric_limits<int16_t>::max();
   const double magnitude = std::min(std::ceil(std::abs(value) - 0.5), kMax);
@@ -29,7 +31,7 @@ BaseControl MakeBaseControl(const Twist& twist, double track_m) {
   double radius = v / w;
   if (std::abs(twist.v_m_s) < kSmall || std::abs(radius) <= 1) return {ToInt16(b * w / 2), 1};
   const double turn = std::abs(radius) > kMaxRadius ? v / std::copysign(kMaxRadius, radius) : w;
-  // 1 would mean turning in place.
+  // A radius of 1 would mean turning in place.
   const double whole = std::clamp(std::round(std::abs(radius)), 2.0, kMaxRadius);
   radius = std::copysign(whole, radius);
   return {ToInt16((radius + std::copysign(b / 2, radius)) * turn), static_cast<int16_t>(radius)};

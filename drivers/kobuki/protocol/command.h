@@ -1,4 +1,5 @@
-// What the host can tell the Kobuki. There is no answer to a command; a wrong one is ignored.
+// The commands that the host can give to the Kobuki. There is no answer to a command; a wrong one
+// is ignored.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +29,7 @@ enum class SoundSequence : uint8_t {
   kCleaningEnd = 6,
 };
 
-// Flags of RequestExtra().
+// The flags of RequestExtra().
 inline constexpr uint16_t kRequestHardwareVersion = 0x01;
 inline constexpr uint16_t kRequestFirmwareVersion = 0x02;
 inline constexpr uint16_t kRequestUdid = 0x08;
@@ -37,11 +38,11 @@ inline constexpr uint16_t kRequestIdentity =
 
 // PID gains of the wheel controller (firmware 1.2.0 and later), times 1000.
 struct Gains {
-  bool user = false;  // false: factory gains, the numbers are ignored
+  bool user = false;  // false means the factory gains; the numbers are then ignored
   uint32_t p_milli = 100000, i_milli = 100, d_milli = 2000;
 };
 
-// The wire's name of a tone of this frequency, Hz; 0 is silence. A4, 440 Hz, is 826.
+// The protocol's number of a tone of this frequency, Hz; 0 is silence. A4, 440 Hz, is 826.
 uint16_t SoundNote(double frequency_hz);
 
 // Builds one frame of one or more commands, each at most once or twice: it must stay within 255
@@ -52,7 +53,7 @@ class CommandFrame {
   CommandFrame& Sound(uint16_t note, uint8_t duration_ms);
   CommandFrame& Play(SoundSequence sequence);
   CommandFrame& RequestExtra(uint16_t flags);
-  // The whole output word; build it with OutputWord, which remembers the supplies.
+  // Adds the whole output word; it is built with OutputWord, which remembers the supplies.
   CommandFrame& Output(uint16_t word);
   CommandFrame& SetGains(const Gains& gains);
   CommandFrame& GetGains();

@@ -8,7 +8,7 @@ namespace {
 
 using Bytes = std::span<const uint8_t>;
 
-// Each reader returns nothing when the length is not the one of its sub-payload.
+// Each reader gives nothing when the length is not the one of its sub-payload.
 
 std::optional<BasicData> ReadBasic(Bytes d) {
   if (d.size() != 15) return std::nullopt;
@@ -48,7 +48,7 @@ std::optional<MotorCurrent> ReadCurrent(Bytes d) {
   return MotorCurrent{d[0], d[1]};
 }
 
-// Ancient firmware sends a two-byte number: 104 is 1.0.4.
+// The oldest firmware sends a two-byte number: 104 is 1.0.4.
 Version FromShortForm(uint16_t number) {
   return {number / 100, number / 10 % 10, number % 10};
 }

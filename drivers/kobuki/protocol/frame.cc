@@ -13,7 +13,7 @@ uint8_t Xor(std::span<const uint8_t> bytes) {
 
 enum class Attempt { kNoHeader, kBadLength, kBadChecksum, kMalformed, kIncomplete, kFrame };
 
-// What the bytes from the first of `rest` on are.
+// Says what the bytes from the first of `rest` on are.
 Attempt Try(std::span<const uint8_t> rest) {
   if (rest[0] != kHeader0) return Attempt::kNoHeader;
   if (rest.size() < 2) return Attempt::kIncomplete;
@@ -26,7 +26,7 @@ Attempt Try(std::span<const uint8_t> rest) {
   return SplitPayload(rest.subspan(3, length)) ? Attempt::kFrame : Attempt::kMalformed;
 }
 
-// The same, where a frame gives way to one that begins inside it.
+// The same, but a frame gives way to one that begins inside it.
 Attempt TryAgainstLater(std::span<const uint8_t> rest, bool more_will_come) {
   const Attempt attempt = Try(rest);
   if (attempt != Attempt::kFrame) return attempt;

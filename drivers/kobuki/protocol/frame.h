@@ -1,7 +1,8 @@
 // The frame of the Kobuki serial link, the same in both directions: AA 55 L payload[L] checksum,
 // checksum = XOR of L and the payload; the payload is a row of sub-payloads id, len, data[len].
 // AA 55 is not escaped and may stand inside a payload.
-// Source: Kobuki protocol appendix; resynchronisation as FrameParser says.
+// Source: Kobuki protocol, yujinrobot kobuki_driver documentation; FrameParser says how to
+// resynchronise.
 #pragma once
 
 #include <cstddef>
@@ -25,15 +26,15 @@ struct SubPayload {
   std::span<const uint8_t> data;
 };
 
-// The sub-payloads of a payload, pointing into it. Nothing when they do not fill it exactly or one
-// is empty: then the payload is corrupt, and no part of it can be trusted.
+// The sub-payloads of a payload, pointing into it. Empty when they do not fill it exactly or one is
+// empty: then the payload is corrupt, and no part of it can be trusted.
 std::optional<std::vector<SubPayload>> SplitPayload(std::span<const uint8_t> payload);
 
 // Precondition: kMinPayload <= payload.size() <= 255.
 std::vector<uint8_t> EncodeFrame(std::span<const uint8_t> payload);
 
 struct Frame {
-  std::vector<uint8_t> payload;  // SplitPayload() accepts it
+  std::vector<uint8_t> payload;  // a payload that SplitPayload() accepts
   // Bytes that had arrived behind the frame when it was found. The line is serial: the frame's last
   // byte came at least that many byte times before the newest byte.
   size_t bytes_after = 0;
@@ -42,10 +43,11 @@ struct Frame {
 struct FrameCounters {
   int64_t bytes = 0;
   int64_t frames = 0;
-  int64_t skipped_bytes = 0;  // in no frame
-  int64_t bad_length = 0;     // header followed by an impossible length
-  int64_t bad_checksum = 0;   // or right only by chance: a later frame begins inside
-  int64_t malformed = 0;      // right checksum, but no row of sub-payloads
+  int64_t skipped_bytes = 0;  // bytes that belong to no frame
+  int64_t bad_length = 0;     // headers that an impossible length follows
+  // Wrong checksums, and right ones by chance: a later frame begins inside.
+  int64_t bad_checksum = 0;
+  int64_t malformed = 0;  // payloads with a right checksum that are no row of sub-payloads
 };
 
 // Finds frames in a byte stream, whatever its pieces. After anything that is no frame it drops only
@@ -59,8 +61,8 @@ class FrameParser {
   // The frames that these bytes complete, in order.
   std::vector<Frame> Push(std::span<const uint8_t> bytes);
 
-  // To be called when the stream paused inside a frame for so long that the rest will not come:
-  // gives up the waiting attempt and returns what true frames it held back.
+  // Gives up the waiting attempt and gives the true frames that it held back; to be called when the
+  // stream paused inside a frame for so long that the rest will not come.
   std::vector<Frame> AbandonPartial();
 
   bool has_partial() const { return !buffer_.empty(); }

@@ -19,7 +19,7 @@ enum class Supply : uint16_t {
 
 class OutputWord {
  public:
-  // All supplies on, as the base is after power-on; LEDs and outputs off.
+  // The state after power-on: all supplies on, LEDs and outputs off.
   OutputWord() = default;
 
   void Set(Led led, LedColour colour) {
@@ -31,7 +31,7 @@ class OutputWord {
     const auto bit = static_cast<uint16_t>(supply);
     value_ = static_cast<uint16_t>(on ? value_ | bit : value_ & ~bit);
   }
-  // Digital output 0..3. Precondition: 0 <= index < 4.
+  // Sets digital output 0..3. Precondition: 0 <= index < 4.
   void SetDigital(int index, bool on) {
     const unsigned bit = 1u << index;
     value_ = static_cast<uint16_t>(on ? value_ | bit : value_ & ~bit);

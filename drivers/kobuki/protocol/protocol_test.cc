@@ -1,4 +1,5 @@
-// Every worked byte example of the Kobuki protocol notes, and what the encoders promise.
+// Tests with worked byte examples of the Kobuki protocol (drivers/kobuki/README.md), and of what
+// the encoders promise.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -122,7 +123,8 @@ TEST(KobukiFeedback, AncientFirmwareSendsShortVersions) {
 }
 
 TEST(KobukiFeedback, UnknownAndMisSizedSubPayloadsAreSkippedByTheirLength) {
-  // A reserved id, a docking IR of two bytes, a gyro whose count disagrees, then a good current.
+  // The frame holds a reserved id, a docking IR of two bytes, a gyro whose count disagrees, then a
+  // good current.
   const Feedback f =
       DecodeFeedback(Hex("02 01 00 03 02 00 00 0D 08 00 06 00 00 00 00 00 00 06 02 01 02"));
   EXPECT_EQ(f.unknown, 1);

@@ -1,4 +1,4 @@
-// The driver's half of the protocol against the robot's half, and against damage.
+// Tests of the driver's half of the protocol against the robot's half, and against damage.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ uint8_t Byte(CounterRng& rng) {
   return static_cast<uint8_t>(rng.Below(256));
 }
 uint16_t Word(CounterRng& rng) {
-  // Header bytes as data, now and then.
+  // Now and then the data are header bytes.
   return rng.Below(8) == 0 ? 0x55AA : static_cast<uint16_t>(rng.Below(65536));
 }
 int16_t Signed(CounterRng& rng) {
@@ -27,7 +27,7 @@ uint32_t Long(CounterRng& rng) {
   return static_cast<uint32_t>(rng.NextU64());
 }
 
-// The frames of bytes behind which nothing comes.
+// The frames in bytes behind which nothing comes.
 std::vector<Frame> ParseAll(const std::vector<uint8_t>& bytes, FrameParser* parser) {
   auto frames = parser->Push(bytes);
   for (Frame& frame : parser->AbandonPartial()) frames.push_back(std::move(frame));
@@ -176,7 +176,7 @@ Stream DamagedStream(CounterRng& rng, int num_frames) {
   return out;
 }
 
-// Found frames with their places, from pieces of random sizes.
+// The found frames with their places, from pieces of random sizes.
 std::vector<Stream::Truth> ParseInPieces(const std::vector<uint8_t>& bytes, CounterRng& rng,
                                          FrameParser* parser) {
   std::vector<Stream::Truth> out;
@@ -206,7 +206,7 @@ TEST(KobukiResync, EveryIntactFrameIsFoundWhateverStandsBetween) {
     total_bytes += stream.bytes.size();
     FrameParser parser;
     const auto found = ParseInPieces(stream.bytes, rng, &parser);
-    for (const auto& frame : found) {  // places are right: it stands there, byte by byte
+    for (const auto& frame : found) {  // the frame stands at its place, byte by byte
       ASSERT_TRUE(std::equal(frame.bytes.begin(), frame.bytes.end(),
                              stream.bytes.begin() + static_cast<ptrdiff_t>(frame.begin)));
     }
@@ -267,7 +267,7 @@ TEST(KobukiResync, RandomBytesHarmNothing) {
     CounterRng rng(2, 6, i);
     std::vector<uint8_t> bytes(rng.Below(512));
     for (uint8_t& b : bytes) {
-      // Mostly bytes that mean something to the parser.
+      // Most bytes mean something to the parser.
       constexpr uint8_t kFavourites[] = {0xAA, 0x55, 0x03, 0x01, 0x00, 0x0D, 0xC8, 0xFF};
       b = rng.Below(2) == 0 ? kFavourites[rng.Below(8)] : Byte(rng);
     }
@@ -276,7 +276,7 @@ TEST(KobukiResync, RandomBytesHarmNothing) {
       DecodeCommands(frame.payload);
       ++decoded;
     }
-    // Payloads that no parser vouches for.
+    // These are payloads that no parser vouches for.
     DecodeFeedback(bytes);
     DecodeCommands(bytes);
   }

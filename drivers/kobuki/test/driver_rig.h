@@ -20,7 +20,7 @@ class DriverRig {
     driver.PortOpened(now_);
   }
 
-  // Runs for a time; every 50 ms `command` says what to drive, or nothing.
+  // Runs for a time; every 50 ms `command` gives what to drive, or nothing.
   using Commander = std::function<std::optional<Twist>(Utime)>;
   void Run(double seconds, const Commander& command = nullptr) {
     const Utime end = now_ + DurationFromSeconds(seconds);
@@ -46,8 +46,8 @@ class DriverRig {
     Run(seconds, [twist](Utime) { return twist; });
   }
 
-  // Time of the sample minus true time of its measurement, which is told by ticks and nearest time:
-  // `expected` is the constant delay to look behind. Only for a base that moves.
+  // The time of the sample minus the true time of its measurement, which is told by ticks and
+  // nearest time; `expected` is the constant delay to look behind. Only for a base that moves.
   std::optional<DurationUs> TimeError(const WheelSample& sample, DurationUs expected) const {
     std::optional<DurationUs> best;
     for (const auto& truth : emulator.frames()) {
@@ -71,7 +71,7 @@ class DriverRig {
   Emulator emulator;
   std::vector<WheelSample> wheel;
   std::vector<ImuSample> imu;
-  bool connected = true;  // commands reach the base
+  bool connected = true;  // false when commands do not reach the base
 
  private:
   Utime now_;

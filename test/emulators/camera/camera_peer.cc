@@ -38,7 +38,7 @@ std::vector<uint8_t> Block(uint32_t id, size_t size) {
   return block;
 }
 
-// Sets the field and its flag.
+// Sets a field of a block and the flag that announces it.
 void PutField(std::vector<uint8_t>* block, uint32_t flag, size_t at,
               const std::optional<uint32_t>& value) {
   if (!value) return;
@@ -63,7 +63,7 @@ std::vector<uint8_t> EncodeMetadata(const FrameMetadata& metadata, bool d4xx) {
   out.push_back(232);
   out.push_back(metadata.pts_us ? 0x8E : 0x8A);
   AppendU32(metadata.pts_us.value_or(0), &out);
-  AppendU32(0x55AA55AA, &out);  // SCR
+  AppendU32(0x55AA55AA, &out);  // the SCR
   AppendU16(0x124, &out);
   if (!d4xx) return out;
 

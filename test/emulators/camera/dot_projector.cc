@@ -17,12 +17,14 @@ void ProjectDots(const DotProjector& projector, uint64_t seed, int width, int he
   const int reach = static_cast<int>(std::ceil(3 * projector.sigma_px));
   for (int i = 0; i < columns * rows; ++i) {
     CounterRng rng(seed, 3, static_cast<uint64_t>(i));
-    // In the image of an eye at the projector's place; the pattern is wider than the image.
+    // The dot's place in the image of an eye at the projector's place; the pattern is wider than
+    // the image.
     const double u = (i % columns + rng.Uniform()) * projector.pitch_px - width / 2.;
     const double v = (static_cast<int>(i / columns) + rng.Uniform()) * projector.pitch_px;
     const int y = static_cast<int>(std::lround(v));
     if (y < 0 || y >= height) continue;
-    // Where it falls depends on the depth there: the nearest surface on the dot's way wins.
+    // The place where the dot falls depends on the depth there: the nearest surface on its way
+    // wins.
     double best_x = -1, best_w = 0;
     for (int x = 0; x < width; ++x) {
       const double w = inverse_depth[static_cast<size_t>(y) * width + x];

@@ -134,7 +134,7 @@ void EmulatedCamera::Deliver(const Delivery& delivery) {
     } else if (node.format == kZ16) {
       for (const uint16_t mm : scene.depth) AppendU16(mm, &bytes);
     }
-    if (node.queued.empty()) continue;  // the driver is late
+    if (node.queued.empty()) continue;  // the driver is late and has given no buffer back
     Fill(&node, bytes, delivery.at_us);
     Buffer& buffer = node.buffers[node.filled.back()];
     buffer.sequence = sequence;
@@ -218,7 +218,7 @@ int EmulatedCamera::EnumerateRate(const Node& node, void* argument) const {
   return 0;
 }
 
-// As uvcvideo: what it cannot do it changes, and reports success.
+// Sets a format as uvcvideo does: what it cannot do it changes, and reports success.
 int EmulatedCamera::SetFormat(Node* node, void* argument) const {
   auto* format = static_cast<v4l2_format*>(argument);
   if (!node->buffers.empty()) return -EBUSY;

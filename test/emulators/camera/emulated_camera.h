@@ -19,7 +19,7 @@
 
 namespace gw::camera {
 
-// What the imagers see at one exposure. Depth in mm.
+// The image of the imagers at one exposure. Depth in mm.
 struct EmulatedScene {
   std::vector<uint8_t> left, right;
   std::vector<uint16_t> depth;
@@ -27,18 +27,18 @@ struct EmulatedScene {
 
 struct EmulatedCameraConfig {
   uint64_t seed = 1;
-  int first_node = 0;        // of six
-  std::string dev = "/dev";  // where they are
+  int first_node = 0;        // number of the first of six nodes
+  std::string dev = "/dev";  // the folder of the nodes
   int width = 640, height = 480;
   int rate_hz = 30;
-  bool has_y8i = true;        // false: as on a USB 2 link
-  bool d4xx_metadata = true;  // false: as Debian 12's 6.1, which offers UVCH alone
+  bool has_y8i = true;        // false as on a USB 2 link
+  bool d4xx_metadata = true;  // false as with Debian 12's kernel 6.1, which offers UVCH alone
   FirmwareVersion firmware{5, 16, 0, 1};
   StoredCalibration calibration;
 
-  int64_t start_us = 1'000'000;  // host's monotonic clock
-  uint32_t first_pts_us = 0;     // camera's clock then
-  double clock_ppm = 0;          // it runs fast by this
+  int64_t start_us = 1'000'000;  // start on the host's monotonic clock
+  uint32_t first_pts_us = 0;     // the camera's clock at the start
+  double clock_ppm = 0;          // how much the camera's clock runs fast
   int64_t delay_us = 5000;       // from the end of the exposure to the first bytes ...
   int64_t jitter_us = 1000;      // ... and the mean of an exponential wait
   uint32_t auto_exposure_us = 6000;
@@ -52,7 +52,7 @@ class EmulatedCamera : public SystemCalls {
 
   // Takes images and delivers them, up to this time of the host.
   void AdvanceTo(int64_t monotonic_us);
-  // Middle of the exposure of a frame on the host's clock.
+  // The middle of the exposure of a frame, on the host's clock.
   int64_t MidExposureUs(int64_t frame) const;
   int64_t frames() const { return frame_; }
 
@@ -63,17 +63,18 @@ class EmulatedCamera : public SystemCalls {
   void Unmap(uint8_t* memory, size_t length) override;
   void Pause() override { ++pauses_; }
 
-  // Faults, of the frames to come.
-  void LoseFrames(int count) { lose_ = count; }        // gap in the sequence
-  void DamageFrames(int count) { damage_ = count; }    // flagged as errors
+  // Faults of the frames to come.
+  void LoseFrames(int count) { lose_ = count; }        // makes a gap in the sequence
+  void DamageFrames(int count) { damage_ = count; }    // frames are flagged as errors
   void ShortenFrames(int count) { shorten_ = count; }  // a few bytes are missing
   void LoseMetadata(int count) { lose_metadata_ = count; }
-  void FailStream();                                            // DQBUF: EIO until the next start
-  void SetSilent(bool silent) { silent_ = silent; }             // streams, but nothing comes
+  void FailStream();  // DQBUF: EIO until the next start
+  // The camera streams, but nothing comes.
+  void SetSilent(bool silent) { silent_ = silent; }
   void RefuseStart(int count) { refuse_start_ = count; }        // STREAMON: EPROTO
   void RefuseUnitControls(int count) { refuse_unit_ = count; }  // busy: EIO
   void SetDeviceError(uint8_t code) { device_error_ = code; }
-  // The cable. Everything fails with ENODEV until the nodes are closed and opened again.
+  // Pulls the cable: everything fails with ENODEV until the nodes are closed and opened again.
   void Unplug();
   void Plug() { plugged_ = true; }
 
@@ -125,7 +126,7 @@ class EmulatedCamera : public SystemCalls {
   void SetUnitValue(uint8_t selector, const std::vector<uint8_t>& value);
   void AnswerMonitor(const std::vector<uint8_t>& request);
 
-  // As an error does in the kernel: whoever waits for a node wakes up.
+  // Wakes whoever waits for a node, as an error does in the kernel.
   void WakeAll();
   int64_t EndOfExposureUs(int64_t frame) const;
   void Deliver(const Delivery& delivery);
@@ -139,7 +140,7 @@ class EmulatedCamera : public SystemCalls {
   int64_t frame_ = 0;
   std::deque<Delivery> deliveries_;
 
-  bool emitter_ = true;  // as after power-on
+  bool emitter_ = true;  // on as after power-on
   bool alternating_ = false;
   uint32_t laser_power_mw_ = 150;
   bool auto_exposure_ = true;

@@ -1,4 +1,4 @@
-// A /dev and a /sys of our own with the files of a D435i, as the kernel lays them out.
+// Makes a /dev and a /sys with the files of a D435i, as the kernel lays them out.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@ namespace gw::camera {
 
 class FakeSystem {
  public:
-  // folder: made here and removed in the end.
+  // `folder` is made here and removed in the end.
   explicit FakeSystem(std::filesystem::path folder);
   ~FakeSystem();
   FakeSystem(const FakeSystem&) = delete;
@@ -19,20 +19,20 @@ class FakeSystem {
   const SystemRoots& roots() const { return roots_; }
 
   struct UsbCamera {
-    std::string port;  // "2-1", names the folder
+    std::string port;  // the port "2-1" names the folder
     std::string vendor = "8086", product = "0b3a", serial = "a1b2c3d4e5f6";
     int speed_mbps = 5000;
-    int first_node = 0;  // six nodes from here on
-    int first_iio = 0;   // two devices from here on
+    int first_node = 0;  // number of the first of six nodes
+    int first_iio = 0;   // number of the first of two devices
   };
   void Plug(const UsbCamera& camera);
   void Unplug(const UsbCamera& camera);
-  // The camera stays on the USB; its video devices vanish.
+  // Takes the video driver away: the camera stays on the USB, its video devices vanish.
   void UnloadVideoDriver(const UsbCamera& camera);
-  // A camera that is not on USB, as vivid.
+  // Adds a camera that is not on USB, like vivid.
   void AddVirtual(int node, const std::string& name);
 
-  // Of the motion sensors: "gyro_3d" or "accel_3d"'s folder in sysfs.
+  // The folder in sysfs of the motion sensor "gyro_3d" or "accel_3d".
   std::filesystem::path IioFolder(int number) const;
 
  private:

@@ -10,8 +10,8 @@ namespace gw::kobuki {
 namespace {
 
 constexpr int64_t kStepUs = 1000;
-constexpr double kByteUs = 86.8;   // 10 bits at 115200 baud
-constexpr size_t kUsbPacket = 62;  // payload of a full-speed packet of the FT232R
+constexpr double kByteUs = 86.8;   // time of one byte: 10 bits at 115200 baud
+constexpr size_t kUsbPacket = 62;  // bytes of payload in a full-speed packet of the FT232R
 constexpr double kLsb = 0.00875 * std::numbers::pi / 180;
 
 int16_t Saturate(double value) {
@@ -145,7 +145,7 @@ void Emulator::SampleGyro() {
   ++gyro_samples_;
   const std::array<double, 3> w{0, 0, w_rad_s()};
   gyro_truth_.push_back({now_, w});
-  // The sensor sits turned by 90 deg: raw x is the robot's y, raw y its -x.
+  // The sensor sits turned by 90 degrees: raw x is the robot's y, raw y its -x.
   const std::array<double, 3> raw{w[1] / kLsb, -w[0] / kLsb, w[2] / kLsb};
   std::array<int16_t, 3> sample{};
   for (size_t i = 0; i < 3; ++i) {
@@ -266,7 +266,7 @@ void Emulator::Deliver(std::vector<uint8_t> bytes, Utime at) {
   }
   const double jitter = -static_cast<double>(config_.host_jitter.us) * std::log(1 - rng_.Uniform());
   at = std::max({at + DurationUs{std::llround(jitter)}, stall_until_, last_delivery_});
-  // What waits together is read together.
+  // Packets that wait together are read together.
   if (!deliveries_.empty() && deliveries_.back().at == at) {
     auto& last = deliveries_.back().bytes;
     last.insert(last.end(), bytes.begin(), bytes.end());

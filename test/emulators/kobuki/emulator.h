@@ -24,13 +24,13 @@ struct EmulatorConfig {
   uint64_t seed = 1;
   Utime start{1'000'000'000};  // power-on; frames begin at once
 
-  // The robot.
-  double clock_ppm = 0;  // its clock runs fast by this
+  // These describe the robot.
+  double clock_ppm = 0;  // how much the robot's clock runs fast
   uint16_t first_timestamp_ms = 0;
   uint16_t first_left_ticks = 0;
   uint16_t first_right_ticks = 0;
   double dead_time_s = 0.17;  // command to first motion: about 200 ms were measured with the lag
-  double lag_s = 0.1;         // of the wheels, first order
+  double lag_s = 0.1;         // lag of the wheels, first order
   double gyro_rate_hz = 103;
   std::array<double, 3> gyro_bias_lsb{12, -7, -70};
   double gyro_noise_lsb = 6;
@@ -42,16 +42,16 @@ struct EmulatorConfig {
   uint8_t battery_dv = 163;
   uint8_t charger = 0;
 
-  // The line.
-  DurationUs frame_jitter{1000};   // of the start of each frame, either way
-  DurationUs transport_delay{0};   // from measurement to the first byte on the line
-  DurationUs latency_timer{1000};  // of the USB adapter: 1 ms or 16 ms
+  // These describe the line to the host.
+  DurationUs frame_jitter{1000};   // jitter of the start of each frame, either way
+  DurationUs transport_delay{0};   // delay from measurement to the first byte on the line
+  DurationUs latency_timer{1000};  // timer of the USB adapter: 1 ms or 16 ms
   DurationUs host_jitter{200};     // mean of an exponential delay of each delivery
   double stall_rate_hz = 0;        // how often the host sleeps ...
   DurationUs stall{60'000};        // ... and for how long; then everything comes in one burst
-  DurationUs command_delay{1000};  // host to robot
+  DurationUs command_delay{1000};  // delay from host to robot
 
-  // Faults, each the probability per byte or frame.
+  // Faults; each number is the probability per byte or per frame.
   double drop_byte = 0;
   double flip_bit = 0;
   double garbage_burst = 0;        // noise of up to 100 bytes before a frame
@@ -65,7 +65,7 @@ class Emulator {
     Utime at;  // when the host can read them
     std::vector<uint8_t> bytes;
   };
-  // What was true when a frame was measured.
+  // The truth at the instant when a frame was measured.
   struct FrameTruth {
     Utime measured;
     uint16_t timestamp_ms = 0;
@@ -79,18 +79,19 @@ class Emulator {
 
   explicit Emulator(const EmulatorConfig& config);
 
-  // Bytes from the host, written at `at`; not before the time advanced to.
+  // Takes bytes that the host wrote at `at`, which must not be before the time that was advanced
+  // to.
   void Write(std::span<const uint8_t> bytes, Utime at);
-  // Simulates up to `now` and returns what the host could read by then and has not got yet.
+  // Simulates up to `now`, and gives what the host could read by then and has not got yet.
   std::vector<Delivery> AdvanceTo(Utime now);
 
-  // From the next frame on; bits as in BasicData.
+  // Sets the contacts from the next frame on; bits as in BasicData.
   void SetContact(uint8_t bumper, uint8_t wheel_drop, uint8_t cliff);
   void SetBattery(uint8_t dv, uint8_t charger);
   void SetOverCurrent(uint8_t bits) { over_current_ = bits; }
-  // Switched off, or the cable unplugged on the robot's side: the line stays, no data comes.
+  // Switches the base off, or unplugs the cable on the robot's side: the line stays, no data comes.
   void SetSilent(bool silent) { silent_ = silent; }
-  // Power-on again: clock, encoders, gyro heading, commands and outputs begin anew.
+  // Switches off and on again: clock, encoders, gyro heading, commands and outputs begin anew.
   void Reboot();
   // Pushes the robot by hand: the wheels turn without command.
   void Push(double left_m_s, double right_m_s);
@@ -112,10 +113,10 @@ class Emulator {
 
  private:
   struct Wheel {
-    double target = 0;  // m/s, after the dead time
+    double target = 0;  // target speed after the dead time, m/s
     double speed = 0;
     double pushed = 0;
-    double way = 0;  // m since power-on
+    double way = 0;  // way since power-on, m
   };
   struct Pending {
     Utime at;
@@ -130,7 +131,7 @@ class Emulator {
     std::vector<uint8_t> bytes;
   };
 
-  void Step();  // one millisecond
+  void Step();  // simulates one millisecond
   void MoveWheels(double dt);
   void Obey(const Commands& commands);
   void SampleGyro();
@@ -146,7 +147,7 @@ class Emulator {
   Utime now_;
   Utime powered_;
   int64_t next_frame_ = 0;
-  double next_frame_ms_ = 0;  // robot time
+  double next_frame_ms_ = 0;  // time of the next frame on the robot's clock
   int64_t gyro_samples_ = 0;
 
   Wheel left_, right_;
@@ -170,7 +171,7 @@ class Emulator {
   std::deque<Incoming> incoming_;
   std::deque<LineByte> line_;
   Utime line_free_;
-  std::vector<uint8_t> packet_;  // in the adapter
+  std::vector<uint8_t> packet_;  // the bytes that wait in the adapter
   Utime packet_since_;
   Utime last_delivery_;
   Utime stall_until_;

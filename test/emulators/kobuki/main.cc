@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
   sigemptyset(&stop);
   sigaddset(&stop, SIGINT);
   sigaddset(&stop, SIGTERM);
-  ::pthread_sigmask(SIG_BLOCK, &stop, nullptr);  // in the base's thread too
+  ::pthread_sigmask(SIG_BLOCK, &stop, nullptr);  // the signals are blocked in the base's thread too
   auto base = gw::kobuki::PtyBase::Create(config, link);
   if (!base) {
     std::fprintf(stderr, "gw-kobuki-emulator: %s\n", base.error().message.c_str());
@@ -78,6 +78,6 @@ int main(int argc, char** argv) {
     }
   }
   int signal = 0;
-  ::sigwait(&stop, &signal);  // standard input is closed: run until told
+  ::sigwait(&stop, &signal);  // standard input is closed: the emulator runs until a signal comes
   return gw::kExitOk;
 }

@@ -100,7 +100,7 @@ void PtyBase::Run() {
       }
       for (const auto& delivery : emulator_.AdvanceTo(now)) {
         const auto& bytes = garbage_.empty() ? delivery.bytes : garbage_;
-        // What a full terminal does not take is lost, as on a line without flow control.
+        // Bytes that a full terminal does not take are lost, as on a line without flow control.
         if (master_.valid()) (void)!::write(master_.get(), bytes.data(), bytes.size());
       }
     }

@@ -1,4 +1,4 @@
-// The emulated base behind a pseudo terminal, in real time: what a driver opens as a serial port.
+// The emulated base behind a pseudo terminal, in real time: a driver opens it as a serial port.
 #pragma once
 
 #include <atomic>
@@ -17,19 +17,20 @@ namespace gw::kobuki {
 
 class PtyBase {
  public:
-  // link: path of a symbolic link to the terminal, as udev makes one; replaced if it is there,
-  // removed on unplugging. Error kIo: no terminal or no link can be made.
+  // `link` is the path of a symbolic link to the terminal, as udev makes one; it is replaced if it
+  // is there, and removed on unplugging. Error kIo: no terminal or no link can be made.
   static Result<std::unique_ptr<PtyBase>> Create(const EmulatorConfig& config,
                                                  const std::string& link);
   ~PtyBase();
 
-  // The cable: the terminal vanishes, and comes back as another one behind the same link.
+  // Pulls the cable out, or puts it in again: the terminal vanishes, and comes back as another one
+  // behind the same link.
   void Unplug();
   Result<Done> Plug();
 
   // Works on the emulator between two of its steps.
   void With(const std::function<void(Emulator&)>& work);
-  // Sends these bytes instead of feedback from now on; empty: feedback again.
+  // Sends these bytes instead of feedback from now on; feedback again when they are empty.
   void SendGarbage(std::vector<uint8_t> bytes);
 
  private:
@@ -37,9 +38,9 @@ class PtyBase {
   void Run();
 
   std::string link_;
-  std::mutex mutex_;  // of everything below
+  std::mutex mutex_;  // guards everything below
   process::FileHandle master_;
-  // Kept open so that the terminal does not hang up while no driver has it.
+  // The other end, which is kept open so that the terminal does not hang up while no driver has it.
   process::FileHandle slave_;
   Emulator emulator_;
   std::vector<uint8_t> garbage_;

@@ -13,8 +13,9 @@ namespace gw::kobuki {
 
 enum class VersionForm { kFourBytes, kTwoBytes };
 
-// Payload of a frame with every part that is present, in the order of a real robot. Precondition:
-// raw_gyro has 1 to kMaxGyroSamples samples; versions of the two-byte form have parts below 10.
+// The payload of a frame with every part that is present, in the order of a real robot.
+// Precondition: raw_gyro has 1 to kMaxGyroSamples samples; versions of the two-byte form have parts
+// below 10.
 std::vector<uint8_t> EncodeFeedback(const Feedback& feedback,
                                     VersionForm form = VersionForm::kFourBytes);
 
@@ -24,7 +25,7 @@ struct SoundCommand {
   bool operator==(const SoundCommand&) const = default;
 };
 
-// One command frame. What the frame did not hold is absent.
+// The commands of one frame; what it did not hold is absent.
 struct Commands {
   std::optional<BaseControl> drive;
   std::optional<SoundCommand> sound;
@@ -36,7 +37,7 @@ struct Commands {
   bool operator==(const Commands&) const = default;
 };
 
-// As the firmware: what it does not understand it ignores.
+// Reads commands as the firmware does: what it does not understand it ignores.
 Commands DecodeCommands(const std::vector<uint8_t>& payload);
 
 }  // namespace gw::kobuki

@@ -1,0 +1,102 @@
+// gw-fault: what can go wrong with sensors, put into a log that was good.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <string>
+
+#include "common/core/exit_code.h"
+#include "common/core/version.h"
+#include "tools/data/fault/apply_faults.h"
+#include "tools/data/log/json_text.h"
+
+namespace gw::fault {
+namespace {
+
+int Fail(const Error& error) {
+  std::fprintf(stderr, "gw-fault: %s\n", error.message.c_str());
+  return ExitCodeFor(error);
+}
+
+// Says how far it is, every two seconds.
+class ProgressLine {
+ public:
+  void operator()(int64_t done, int64_t total) {
+    const auto now = Clock::now();
+    if (now - last_ < std::chrono::seconds(2)) return;
+    last_ = now;
+    std::fprintf(stderr, "gw-fault: %lld of %lld MB\n", static_cast<long long>(done / 1000000),
+                 static_cast<long long>(total / 1000000));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_ = Clock::now();
+};
+
+void Print(const FaultSummary& s, const std::string& out, bool json) {
+  const std::pair<const char*, int64_t> values[] = {
+      {"events", s.events},
+      {"bytes", s.bytes},
+      {"black_frames", s.black_frames},
+      {"frozen_frames", s.frozen_frames},
+      {"blurred_frames", s.blurred_frames},
+      {"dropped_frames", s.dropped_frames},
+      {"delayed_messages", s.delayed},
+      {"slipped_messages", s.slipped},
+      {"biased_messages", s.biased},
+      {"teleported_messages", s.teleported},
+      {"estimates_left_out", s.left_out},
+      {"undecodable", s.undecodable},
+  };
+  if (json) std::printf("{\"log\":%s", tools::JsonQuote(out).c_str());
+  if (!json) std::printf("%s\n", out.c_str());
+  for (const auto& [name, value] : values) {
+    if (json) std::printf(",\"%s\":%lld", name, static_cast<long long>(value));
+    if (!json && value != 0) std::printf("  %-20s %lld\n", name, static_cast<long long>(value));
+  }
+  if (json) std::printf("}\n");
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app(
+      "Puts sensor faults into a log. Times are seconds from the begin of the input log; an empty\n"
+      "T0 or T1 is its begin or end; every option but --gyro-bias and --seed may be given more\n"
+      "than once. Each edit is noted in the log.\n"
+      "Exit: 0 ok, 1 log not readable or writable, 2 usage.");
+  app.set_version_flag("--version", Version());
+  std::string in, out;
+  FaultArguments a;
+  bool json = false;
+  app.add_option("IN", in, "LCM log")->required();
+  app.add_option("OUT", out, "LCM log to write")->required();
+  app.add_option("--black", a.black, "T0:T1  images black, no depth");
+  app.add_option("--freeze", a.freeze, "T0:T1  the last image before T0 again and again");
+  app.add_option("--blur", a.blur, "T0:T1:SIGMA  Gaussian blur of the grey images, px");
+  app.add_option("--drop", a.drop, "T0:T1[:P]  camera messages lost, each with probability P (1)");
+  app.add_option("--delay", a.delay, "CHANNEL:MS  received later than measured");
+  app.add_option("--slip", a.slip, "T0:T1:FACTOR  wheels measure FACTOR times the way (and DR)");
+  app.add_option("--gyro-bias", a.gyro_bias_rad_s, "RAD_S  added on each axis of the gyro");
+  app.add_option("--teleport", a.teleport,
+                 "T0:T1  the robot is carried away without noticing: the span is cut out, DR and "
+                 "wheels continue");
+  app.add_option("--seed", a.seed, "of --drop (1)");
+  app.add_flag("--json", json, "print the summary as JSON");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+  }
+  const Result<FaultPlan> plan = ParseFaultPlan(a);
+  if (!plan) return Fail(plan.error());
+  const Result<FaultSummary> summary = ApplyFaults(in, *plan, out, ProgressLine());
+  if (!summary) return Fail(summary.error());
+  Print(*summary, out, json);
+  return kExitOk;
+}
+
+}  // namespace
+}  // namespace gw::fault
+
+int main(int argc, char** argv) {
+  return gw::fault::Main(argc, argv);
+}

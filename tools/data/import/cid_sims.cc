@@ -1,0 +1,205 @@
+#include "tools/data/import/cid_sims.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "tools/data/import/gyro_alignment.h"
+#include "tools/data/import/image_file.h"
+#include "tools/data/import/sensor_yaml.h"
+#include "tools/data/import/streams.h"
+#include "tools/data/import/text_table.h"
+#include "tools/data/import/trajectory.h"
+
+namespace gw::importer {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool Exists(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
+Result<fs::path> FindCalibration(const fs::path& source, const CidSimsOptions& options) {
+  if (!options.calibration.empty()) return options.calibration;
+  const fs::path parent = fs::absolute(source / ".").parent_path().parent_path();
+  for (const fs::path& folder : {source, parent}) {
+    if (Exists(folder / "calibration.yaml")) return folder / "calibration.yaml";
+  }
+  return Error{ErrorCode::kNotFound, (source / "calibration.yaml").string() +
+                                         ": not there; name the data set's calibration file with "
+                                         "--calibration FILE"};
+}
+
+Result<std::vector<FrameFiles>> ListedFrames(const fs::path& source) {
+  const Result<TextTable> table =
+      TextTable::Read(source / "associations.txt", "lines `t color/t.png t depth/t.png`");
+  if (!table) return table.error();
+  std::vector<FrameFiles> files;
+  for (const TextRow& row : table->rows()) {
+    const Result<Utime> utime = row.Seconds(0);
+    if (!utime) return utime.error();
+    if (row.size() < 4) return row.BadData("needs `t color/t.png t depth/t.png`");
+    files.push_back({*utime,
+                     source / row.text(1),
+                     {},
+                     source / row.text(3),
+                     table->file().string() + ":" + std::to_string(row.line())});
+  }
+  return files;
+}
+
+Result<std::vector<ImuSample>> ReadImu(const fs::path& file, std::vector<std::string>& warnings) {
+  const Result<TextTable> table = TextTable::Read(file, "lines `t wx wy wz ax ay az`");
+  if (!table) return table.error();
+  std::vector<ImuSample> samples;
+  for (const TextRow& row : table->rows()) {
+    const Result<Utime> utime = row.Seconds(0);
+    if (!utime) return utime.error();
+    const Result<std::vector<double>> v = row.Numbers(1, 6);
+    if (!v) return v.error();
+    ImuSample sample;
+    sample.utime = *utime;
+    sample.w_I_rad_s = {(*v)[0], (*v)[1], (*v)[2]};
+    sample.a_I_m_s2 = {(*v)[3], (*v)[4], (*v)[5]};
+    sample.has_accel = true;
+    samples.push_back(sample);
+  }
+  MakeOrdered(samples, file.filename().string(), warnings);
+  return samples;
+}
+
+// The two meanings differ by twice the (small) rotation of the matrix, so the data decide only when
+// the robot turned enough.
+SE3 ChooseImuMatrix(const SE3& T_ItoC, ImuMatrix choice, const std::vector<StampedPose>& T_GC,
+                    Recording& recording) {
+  const SE3 inverse = T_ItoC.inverse();
+  if (choice == ImuMatrix::kImuToCamera) return T_ItoC;
+  if (choice == ImuMatrix::kCameraToImu) return inverse;
+  const double offset = recording.calibration.imu.time_offset_s;
+  const double named = GyroDisagreement(T_GC, recording.imu, T_ItoC.rotation(), offset);
+  const double inverted = GyroDisagreement(T_GC, recording.imu, inverse.rotation(), offset);
+  if (named < 0 || inverted < 0) {
+    recording.warnings.emplace_back(
+        "T_ItoC: too little ground truth and gyro to check its meaning; taken as named (IMU to "
+        "camera)");
+    return T_ItoC;
+  }
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "T_ItoC: gyro against true camera rotation differs by %.5f rad/s as named, %.5f "
+                "inverted; taken %s",
+                named, inverted, inverted < named ? "inverted" : "as named");
+  const bool close = std::abs(named - inverted) < 0.01 * std::max(named, inverted);
+  if (close) {
+    recording.warnings.emplace_back(text);
+  } else {
+    recording.notes.emplace_back("imu", text);
+  }
+  return inverted < named ? inverse : T_ItoC;
+}
+
+}  // namespace
+
+Result<SE3> ReadCidSimsCalibration(const fs::path& file, const std::string& mount,
+                                   Recording& recording) {
+  const Result<SensorYaml> read = SensorYaml::Read(file, "the CID-SIMS calibration");
+  if (!read) return read.error();
+  const SensorYaml& yaml = *read;
+  CameraCalibration& camera = recording.calibration.camera;
+  const Result<std::vector<double>> k = yaml.Numbers("cam_k", 4);
+  if (!k) return k.error();
+  const Result<std::vector<double>> d = yaml.Numbers("cam_d", 4);
+  if (!d) return d.error();
+  const Result<double> depth_factor = yaml.Number("depth_factor");
+  if (!depth_factor) return depth_factor.error();
+  if (*depth_factor <= 0) return yaml.BadData("depth_factor", "must be positive");
+  camera.kind = CameraKind::kRgbd;
+  camera.left = {(*k)[0], (*k)[1], (*k)[2], (*k)[3], {}};
+  std::copy(d->begin(), d->end(), camera.left.radtan.begin());
+  camera.depth_unit_m = 1.0 / *depth_factor;
+
+  if (mount != "high" && mount != "low") {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--mount high|low is needed: the calibration holds two camera mountings, and only "
+                 "the data set's page says which one a sequence has"};
+  }
+  const Result<SE3> T_BC = yaml.Pose(mount == "high" ? "T_CHtoW" : "T_CLtoW", recording.warnings);
+  if (!T_BC) return T_BC.error();
+  camera.T_BC = *T_BC;
+  recording.notes.emplace_back("camera", "mounting: " + mount);
+
+  ImuCalibration& imu = recording.calibration.imu;
+  for (const auto& [key, value] :
+       {std::pair{"gyroscope_noise_density", &imu.gyro_noise},
+        {"gyroscope_random_walk", &imu.gyro_walk},
+        {"accelerometer_noise_density", &imu.accel_noise},
+        {"accelerometer_random_walk", &imu.accel_walk},
+        {"timeshift_CtoI", &imu.time_offset_s},
+        {"wheel_baseline", &recording.calibration.wheel.track_width_m}}) {
+    const Result<double> number = yaml.Number(key);
+    if (!number) return number.error();
+    *value = *number;
+  }
+  return yaml.Pose("T_ItoC", recording.warnings);
+}
+
+void SetImuPose(const SE3& T_ItoC, ImuMatrix choice, const std::vector<StampedPose>& T_GC,
+                Recording& recording) {
+  const SE3 T_CI = ChooseImuMatrix(T_ItoC, choice, T_GC, recording);
+  recording.calibration.imu.T_BI = recording.calibration.camera.T_BC * T_CI;
+}
+
+Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& options) {
+  Recording recording;
+  recording.format = "cid-sims";
+  recording.name = FolderName(source);
+  const Result<fs::path> calibration_file = FindCalibration(source, options);
+  if (!calibration_file) return calibration_file.error();
+  const Result<SE3> T_ItoC = ReadCidSimsCalibration(*calibration_file, options.mount, recording);
+  if (!T_ItoC) return T_ItoC.error();
+  const CameraCalibration& camera = recording.calibration.camera;
+
+  Result<std::vector<FrameFiles>> files = ListedFrames(source);
+  if (!files) return files.error();
+  Result<std::unique_ptr<FrameSource>> frames =
+      MakeFileFrames(*std::move(files), options, recording);
+  if (!frames) return frames.error();
+  recording.frames = *std::move(frames);
+
+  std::vector<StampedPose> T_GC;
+  const char* const truth_name =
+      Exists(source / "groundtruth.txt") ? "groundtruth.txt" : "pose.txt";
+  if (Exists(source / truth_name)) {
+    Result<std::vector<StampedPose>> poses = ReadTumTrajectory(
+        source / truth_name, "lines `t px py pz qx qy qz qw` of the camera", recording.warnings);
+    if (!poses) return poses.error();
+    T_GC = *std::move(poses);
+    recording.ground_truth = GroundTruthOfBody(T_GC, camera.T_BC);
+  } else {
+    recording.warnings.emplace_back(
+        "neither groundtruth.txt nor pose.txt is there: no ground truth in the log");
+  }
+
+  if (Exists(source / "imu.txt")) {
+    Result<std::vector<ImuSample>> imu = ReadImu(source / "imu.txt", recording.warnings);
+    if (!imu) return imu.error();
+    recording.imu = *std::move(imu);
+    SetImuPose(*T_ItoC, options.imu_matrix, T_GC, recording);
+  } else {
+    recording.warnings.emplace_back("imu.txt is not there: no IMU in the log");
+  }
+  if (Exists(source / "odom.txt")) {
+    const Result<std::vector<StampedPose>> odometry =
+        ReadTumTrajectory(source / "odom.txt", "lines `t px py pz qx qy qz qw vx vy vz wx wy wz`",
+                          recording.warnings);
+    if (!odometry) return odometry.error();
+    recording.wheel = WheelIncrements(*odometry);
+  } else {
+    recording.warnings.emplace_back("odom.txt is not there: no wheel odometry in the log");
+  }
+  return recording;
+}
+
+}  // namespace gw::importer

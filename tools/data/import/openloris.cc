@@ -1,0 +1,291 @@
+#include "tools/data/import/openloris.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "tools/data/import/body_frame.h"
+#include "tools/data/import/image_list.h"
+#include "tools/data/import/sensor_yaml.h"
+#include "tools/data/import/stated_size.h"
+#include "tools/data/import/stereo_range.h"
+#include "tools/data/import/streams.h"
+#include "tools/data/import/text_table.h"
+#include "tools/data/import/trajectory.h"
+
+namespace gw::importer {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kBody = "base_link";
+constexpr const char* kColor = "d400_color_optical_frame";
+constexpr const char* kInfra2 = "d400_infra2_optical_frame";
+constexpr const char* kOdometer = "odometer";
+
+bool Exists(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
+// The rigid tree of trans_matrix.yaml: each entry is the pose of the child in its parent.
+class FrameTree {
+ public:
+  static Result<FrameTree> Read(const fs::path& file, std::vector<std::string>& warnings) {
+    const Result<SensorYaml> yaml = SensorYaml::Read(file, "the poses of the sensors");
+    if (!yaml) return yaml.error();
+    const Result<std::vector<SensorYaml>> list = yaml->List("trans_matrix");
+    if (!list) return list.error();
+    FrameTree tree;
+    tree.file_ = file;
+    for (const SensorYaml& entry : *list) {
+      const Result<std::string> parent = entry.Text("parent_frame");
+      if (!parent) return parent.error();
+      const Result<std::string> child = entry.Text("child_frame");
+      if (!child) return child.error();
+      const Result<SE3> T = entry.Pose("matrix", warnings);
+      if (!T) return T.error();
+      tree.edges_[*parent].emplace_back(*child, *T);
+      tree.edges_[*child].emplace_back(*parent, T->inverse());
+    }
+    return tree;
+  }
+
+  bool Has(const std::string& frame) const { return edges_.contains(frame); }
+
+  // Pose of a frame in the body, over any chain of entries.
+  Result<SE3> PoseInBody(const std::string& frame) const {
+    std::set<std::string> seen = {kBody};
+    std::vector<std::pair<std::string, SE3>> open = {{kBody, SE3()}};
+    while (!open.empty()) {
+      const auto [at, T_BAt] = open.back();
+      open.pop_back();
+      if (at == frame) return T_BAt;
+      const auto edges = edges_.find(at);
+      if (edges == edges_.end()) continue;
+      for (const auto& [next, T_AtNext] : edges->second) {
+        if (seen.insert(next).second) open.emplace_back(next, T_BAt * T_AtNext);
+      }
+    }
+    return Error{ErrorCode::kBadData, file_.string() + ": no chain of frames leads from " +
+                                          std::string(kBody) + " to " + frame};
+  }
+
+ private:
+  fs::path file_;
+  std::map<std::string, std::vector<std::pair<std::string, SE3>>> edges_;
+};
+
+struct Eye {
+  PinholeIntrinsics intrinsics;
+  SE3 T_BC;
+  double width = 0, height = 0;  // that the intrinsics are stated for; 0: not stated
+};
+
+Result<Eye> ReadEye(const SensorYaml& sensors, const char* frame, const FrameTree& tree) {
+  const Result<SensorYaml> section = sensors.Section(frame);
+  if (!section) return section.error();
+  const Result<std::vector<double>> k = section->Numbers("intrinsics", 4);
+  if (!k) return k.error();
+  Eye eye;
+  eye.intrinsics = {(*k)[0], (*k)[2], (*k)[1], (*k)[3], {}};  // the file has fx, cx, fy, cy
+  if (section->Has("distortion_coefficients")) {
+    const Result<std::vector<double>> d = section->Numbers("distortion_coefficients", 0);
+    if (!d) return d.error();
+    if (d->size() > eye.intrinsics.radtan.size()) {
+      return section->BadData("distortion_coefficients", "must hold at most k1, k2, p1, p2, k3");
+    }
+    std::copy(d->begin(), d->end(), eye.intrinsics.radtan.begin());
+    const Result<std::string> model = section->Text("distortion_model");
+    if (!model) return model.error();
+    if (eye.intrinsics.distorted() && *model != "radial-tangential") {
+      return section->BadData("distortion_model",
+                              "is '" + *model + "'; only radial-tangential can be imported");
+    }
+  }
+  for (const auto& [key, value] : {std::pair{"width", &eye.width}, {"height", &eye.height}}) {
+    if (!section->Has(key)) continue;
+    const Result<double> number = section->Number(key);
+    if (!number) return number.error();
+    *value = *number;
+  }
+  const Result<SE3> T_BC = tree.PoseInBody(frame);
+  if (!T_BC) return T_BC.error();
+  eye.T_BC = *T_BC;
+  return eye;
+}
+
+Result<Done> FitEye(const fs::path& source, const char* frame, const Eye& eye,
+                    PinholeIntrinsics* intrinsics, Recording& recording) {
+  if (eye.width == 0 || eye.height == 0) return Done{};
+  return FitStatedSize(eye.width, eye.height, (source / "sensors.yaml").string() + ": " + frame,
+                       recording.calibration.camera, intrinsics, recording.warnings);
+}
+
+// color.txt with aligned_depth.txt; or, where a recording has infra2.txt instead of depth, the
+// stereo pair of the colour frame (which then is the left infrared camera) and the right one.
+Result<Done> ReadImages(const fs::path& source, const FrameTree& tree, const ReadOptions& options,
+                        Recording& recording) {
+  const Result<SensorYaml> sensors = SensorYaml::Read(source / "sensors.yaml", "the intrinsics");
+  if (!sensors) return sensors.error();
+  const Result<Eye> left = ReadEye(*sensors, kColor, tree);
+  if (!left) return left.error();
+  CameraCalibration& camera = recording.calibration.camera;
+  camera.left = left->intrinsics;
+  camera.T_BC = left->T_BC;
+  const bool stereo = !Exists(source / "aligned_depth.txt") && Exists(source / "infra2.txt");
+  Result<Eye> right = Eye();
+  if (stereo) {
+    right = ReadEye(*sensors, kInfra2, tree);
+    if (!right) return right.error();
+    camera.kind = CameraKind::kStereo;
+    camera.right = right->intrinsics;
+    camera.T_C0C1 = left->T_BC.inverse() * right->T_BC;
+  }
+  const auto color = ReadImageList(source, "color.txt", recording.warnings);
+  if (!color) return color.error();
+  const auto second =
+      ReadImageList(source, stereo ? "infra2.txt" : "aligned_depth.txt", recording.warnings);
+  if (!second) return second.error();
+  Result<std::vector<FrameFiles>> files = stereo
+                                              ? PairStereo(*color, *second, recording.warnings)
+                                              : PairWithDepth(*color, *second, recording.warnings);
+  if (!files) return files.error();
+  Result<std::unique_ptr<FrameSource>> frames =
+      MakeFileFrames(*std::move(files), options, recording);
+  if (!frames) return frames.error();
+  recording.frames = *std::move(frames);
+  Result<Done> fits = FitEye(source, kColor, *left, &camera.left, recording);
+  if (fits && stereo) fits = FitEye(source, kInfra2, *right, &camera.right, recording);
+  if (stereo) SetStereoRange(camera);
+  return fits;
+}
+
+// The D435i's nominal colour camera at 848 x 480, for recordings without images: the YAML needs a
+// camera section, and nothing reads its values.
+void SetNominalCamera(Recording& recording) {
+  CameraCalibration& camera = recording.calibration.camera;
+  camera.width = 848;
+  camera.height = 480;
+  camera.left = {610, 610, 424, 240, {}};
+  camera.T_BC = BodyAtCamera_T_BC();
+  recording.warnings.emplace_back(
+      "color.txt is not there: no images in the log, and the camera calibration is only nominal");
+}
+
+struct AxisSample {
+  Utime utime;
+  Eigen::Vector3d value;
+};
+
+Result<std::vector<AxisSample>> ReadAxes(const fs::path& file, Recording& recording) {
+  const Result<TextTable> table = TextTable::Read(file, "lines `t x y z`");
+  if (!table) return table.error();
+  std::vector<AxisSample> samples;
+  for (const TextRow& row : table->rows()) {
+    const Result<Utime> utime = row.Seconds(0);
+    if (!utime) return utime.error();
+    const Result<std::vector<double>> v = row.Numbers(1, 3);
+    if (!v) return v.error();
+    samples.push_back({*utime, {(*v)[0], (*v)[1], (*v)[2]}});
+  }
+  MakeOrdered(samples, file.filename().string(), recording.warnings);
+  return samples;
+}
+
+// Linear between the neighbours; empty outside, and across a gap of more than 50 ms (a dozen
+// samples: interpolation would invent motion).
+std::optional<Eigen::Vector3d> At(const std::vector<AxisSample>& samples, Utime utime) {
+  const auto after = std::lower_bound(samples.begin(), samples.end(), utime,
+                                      [](const AxisSample& s, Utime t) { return s.utime < t; });
+  if (after == samples.end()) return std::nullopt;
+  if (after->utime == utime) return after->value;
+  if (after == samples.begin()) return std::nullopt;
+  const auto before = std::prev(after);
+  const DurationUs gap = after->utime - before->utime;
+  if (gap > Milliseconds(50)) return std::nullopt;
+  const double fraction = (utime - before->utime).seconds() / gap.seconds();
+  return before->value + fraction * (after->value - before->value);
+}
+
+Result<Done> ReadImu(const fs::path& source, const FrameTree& tree, Recording& recording) {
+  const auto gyro = ReadAxes(source / "d400_gyroscope.txt", recording);
+  if (!gyro) return gyro.error();
+  const auto accel = ReadAxes(source / "d400_accelerometer.txt", recording);
+  if (!accel) return accel.error();
+  for (const AxisSample& w : *gyro) {
+    const std::optional<Eigen::Vector3d> a = At(*accel, w.utime);
+    ImuSample sample;
+    sample.utime = w.utime;
+    sample.w_I_rad_s = w.value;
+    sample.has_accel = a.has_value();
+    if (a) sample.a_I_m_s2 = *a;
+    recording.imu.push_back(sample);
+  }
+  const char* const frame = tree.Has("d400_gyroscope") ? "d400_gyroscope" : "d400_accelerometer";
+  const Result<SE3> T_BI = tree.PoseInBody(frame);
+  if (!T_BI) return T_BI.error();
+  recording.calibration.imu.T_BI = *T_BI;
+  recording.notes.emplace_back("imu",
+                               "gyro samples; the accelerometer, sampled at other instants, is "
+                               "interpolated to them; noise densities are defaults");
+  return Done{};
+}
+
+}  // namespace
+
+Result<Recording> ReadOpenLoris(const fs::path& source, const ReadOptions& options) {
+  Recording recording;
+  recording.format = "openloris";
+  recording.name = FolderName(source);
+  recording.calibration.camera.kind = CameraKind::kRgbd;
+  recording.calibration.camera.depth_unit_m = 0.001;
+
+  const bool has_images = Exists(source / "color.txt");
+  const bool has_imu = Exists(source / "d400_gyroscope.txt");
+  FrameTree tree;
+  if (has_images || has_imu) {
+    Result<FrameTree> read = FrameTree::Read(source / "trans_matrix.yaml", recording.warnings);
+    if (!read) return read.error();
+    tree = *std::move(read);
+  }
+  if (has_images) {
+    const Result<Done> images = ReadImages(source, tree, options, recording);
+    if (!images) return images.error();
+  } else {
+    SetNominalCamera(recording);
+  }
+  if (has_imu) {
+    const Result<Done> imu = ReadImu(source, tree, recording);
+    if (!imu) return imu.error();
+  } else {
+    recording.warnings.emplace_back("d400_gyroscope.txt is not there: no IMU in the log");
+  }
+  const auto odometry = ReadTumTrajectory(
+      source / "odom.txt", "lines `t px py pz qx qy qz qw ...` of base_link", recording.warnings);
+  if (!odometry) return odometry.error();
+  recording.wheel = WheelIncrements(*odometry);
+  recording.notes.emplace_back(
+      "wheel",
+      "increments between odometry poses (the file's twists are left out: some are in the "
+      "odometry frame); except in `market` the odometry is already fused with a gyro");
+  if (Exists(source / "groundtruth.txt")) {
+    const auto T_GB =
+        ReadTumTrajectory(source / "groundtruth.txt", "poses of base_link", recording.warnings);
+    if (!T_GB) return T_GB.error();
+    recording.ground_truth = GroundTruthOfBody(*T_GB, SE3());
+  } else {
+    recording.warnings.emplace_back("groundtruth.txt is not there: no ground truth in the log");
+  }
+  if (tree.Has(kOdometer)) {
+    const Result<SE3> T_BN = tree.PoseInBody(kOdometer);
+    if (!T_BN) return T_BN.error();
+    MoveBodyToWheels(*T_BN, recording);
+    recording.notes.emplace_back(
+        "body", "the odometer's frame (trans_matrix.yaml); sensors and ground truth are in it");
+  }
+  return recording;
+}
+
+}  // namespace gw::importer

@@ -1,0 +1,28 @@
+#include "tools/data/import/streams.h"
+
+namespace gw::importer {
+
+std::vector<std::pair<size_t, size_t>> AssociateNearest(const std::vector<Utime>& a,
+                                                        const std::vector<Utime>& b,
+                                                        DurationUs max_difference) {
+  std::vector<std::pair<size_t, size_t>> pairs;
+  size_t j = 0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    const auto distance = [&](size_t k) { return a[i] < b[k] ? b[k] - a[i] : a[i] - b[k]; };
+    while (j + 1 < b.size() && distance(j + 1) < distance(j)) ++j;
+    if (j < b.size() && distance(j) < max_difference) pairs.emplace_back(i, j);
+  }
+  return pairs;
+}
+
+double MedianRateHz(const std::vector<Utime>& times) {
+  if (times.size() < 2) return 0;
+  const size_t step = times.size() < 30 ? 1 : 10;
+  std::vector<int64_t> spans;
+  for (size_t i = step; i < times.size(); ++i) spans.push_back((times[i] - times[i - step]).us);
+  const auto middle = spans.begin() + static_cast<int64_t>(spans.size() / 2);
+  std::nth_element(spans.begin(), middle, spans.end());
+  return *middle > 0 ? 1e6 * static_cast<double>(step) / static_cast<double>(*middle) : 0;
+}
+
+}  // namespace gw::importer

@@ -1,0 +1,87 @@
+// gw-log: looks into LCM logs, checks them, cuts pieces out of them.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <string>
+
+#include "common/core/exit_code.h"
+#include "common/core/version.h"
+#include "tools/data/log/cut.h"
+#include "tools/data/log/inspect.h"
+#include "tools/data/log/json_text.h"
+
+namespace gw::tools {
+namespace {
+
+int Fail(const Error& error) {
+  std::fprintf(stderr, "gw-log: %s\n", error.message.c_str());
+  return ExitCodeFor(error);
+}
+
+int Inspect(const std::string& log, InspectDepth depth, bool json) {
+  const Result<LogReport> report = InspectLog(log, depth);
+  if (!report) return Fail(report.error());
+  const bool check = depth == InspectDepth::kDecode;
+  if (json) {
+    std::fputs(ReportJson(*report).c_str(), stdout);
+  } else if (!check) {
+    std::fputs(ReportText(*report).c_str(), stdout);
+  } else {
+    for (const std::string& problem : report->problems) std::printf("%s\n", problem.c_str());
+    std::printf("%s: %s (%lld events)\n", log.c_str(), report->ok ? "ok" : "has problems",
+                static_cast<long long>(report->events));
+  }
+  return check && !report->ok ? kExitFailed : kExitOk;
+}
+
+int Cut(const std::string& log, const std::string& span, const std::string& out, bool json) {
+  const Result<SpanArgument> parsed = ParseSpan("T0:T1", span);
+  if (!parsed) return Fail(parsed.error());
+  const Result<CutSummary> cut = CutLog(log, parsed->span, out);
+  if (!cut) return Fail(cut.error());
+  if (cut->source_truncated || cut->source_skipped_bytes > 0) {
+    std::fprintf(stderr, "gw-log: warning: %s is damaged; gw-log check says where\n", log.c_str());
+  }
+  if (json) {
+    std::printf("{\"log\":%s,\"events\":%lld,\"bytes\":%lld}\n", JsonQuote(out).c_str(),
+                static_cast<long long>(cut->events), static_cast<long long>(cut->bytes));
+  } else {
+    std::printf("%s: %lld events, %.1f MB\n", out.c_str(), static_cast<long long>(cut->events),
+                static_cast<double>(cut->bytes) * 1e-6);
+  }
+  return kExitOk;
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app(
+      "Looks into LCM logs, checks them, cuts pieces out of them.\n"
+      "Exit: 0 ok, 1 problems found or file not readable, 2 usage.");
+  app.set_version_flag("--version", Version());
+  app.require_subcommand(1);
+  std::string log, span, out;
+  bool json = false;
+  CLI::App* const info = app.add_subcommand("info", "channels, rates, gaps, duration, notes");
+  CLI::App* const check = app.add_subcommand(
+      "check", "lost messages, time order, undecodable messages, damage; exit 1 when any");
+  CLI::App* const cut = app.add_subcommand("cut", "copy a span of time into a new log");
+  for (CLI::App* const command : {info, check, cut}) {
+    command->add_option("LOG", log, "LCM log")->required();
+    command->add_flag("--json", json, "print JSON");
+  }
+  cut->add_option("SPAN", span, "T0:T1, seconds from the begin of the log")->required();
+  cut->add_option("OUT", out, "log to write")->required();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+  }
+  if (*info) return Inspect(log, InspectDepth::kHeaders, json);
+  if (*check) return Inspect(log, InspectDepth::kDecode, json);
+  return Cut(log, span, out, json);
+}
+
+}  // namespace
+}  // namespace gw::tools
+
+int main(int argc, char** argv) {
+  return gw::tools::Main(argc, argv);
+}

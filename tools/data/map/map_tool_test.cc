@@ -1,0 +1,197 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+
+#include "backend/core/mapper.h"
+#include "backend/journal/journal.h"
+#include "backend/test/world.h"
+#include "common/core/exit_code.h"
+#include "tools/data/map/map_export.h"
+#include "tools/data/map/map_report.h"
+
+namespace gw::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// A folder with a map of two sessions, driven in a small world.
+class MapToolTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    directory_ = fs::path(testing::TempDir()) /
+                 ("gw_map_" + std::string(test->name()) + "_" + std::to_string(getpid()));
+    fs::remove_all(directory_);
+    backend::World world({.num_points = 300, .keyframes_per_lap = 160});
+    backend::Mapper mapper = *backend::Mapper::Create({}, {}, backend::TestCamera());
+    for (const int until : {4, 9}) {
+      backend::LoadedMap loaded;
+      auto journal = *backend::Journal::Open(
+          Path("map"), {}, backend::MakeSession({1'000'000}, backend::TestCamera(), OrbConfig()),
+          loaded);
+      while (next_ < until) {
+        const Keyframe keyframe = world.Make(next_++, mapper.map());
+        ASSERT_TRUE(journal.Append(keyframe, {}).ok());
+        ASSERT_TRUE(journal.Append(*mapper.Insert(keyframe).update, {}).ok());
+        if (const auto job = mapper.BuildJob()) {
+          const auto update = mapper.Apply(SolveLocalBa(*job));
+          ASSERT_TRUE(update);
+          ASSERT_TRUE(journal.Append(*update, {}).ok());
+        }
+      }
+    }
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  std::string Path(const std::string& name) const { return (directory_ / name).string(); }
+  std::string Journal() const { return backend::GenerationPath(Path("map"), 1); }
+  static std::string Read(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void Damage(std::ptrdiff_t from_end) const {
+    std::fstream file(Journal(), std::ios::binary | std::ios::in | std::ios::out);
+    file.seekp(-from_end, std::ios::end);
+    file.put('\x5A').put('\x5A').put('\x5A');
+  }
+  // Exit code; what the program says is in output().
+  int Run(const std::string& arguments) const {
+    const std::string command =
+        GW_BINARY_DIR "/gw-map " + arguments + " > " + Path("output") + " 2>&1";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  std::string output() const { return Read(Path("output")); }
+
+  fs::path directory_;
+  int next_ = 0;
+};
+
+TEST_F(MapToolTest, DescribesSessionsAndSizes) {
+  const auto loaded = backend::LoadMap(Path("map"));
+  const MapReport report = Describe(Path("map"), *loaded);
+  EXPECT_EQ(report.keyframes, 9);
+  ASSERT_EQ(report.sessions.size(), 2u);
+  EXPECT_EQ(report.sessions[0].keyframes, 4);
+  EXPECT_EQ(report.sessions[1].keyframes, 5);
+  EXPECT_GT(report.sessions[1].first_utime, report.sessions[0].last_utime);
+  EXPECT_EQ(report.file_bytes, static_cast<int64_t>(fs::file_size(Journal())));
+  EXPECT_EQ(report.landmarks, static_cast<int64_t>(loaded->map.num_landmarks()));
+  EXPECT_TRUE(report.problems.empty());
+  EXPECT_THAT(ReportJson(report), HasSubstr("\"keyframes\":9,"));
+  backend::LoadedMap copy;
+  copy.map = loaded->map;
+  // The size stated is that of the file the map would make.
+  ASSERT_TRUE(backend::SaveMap(Path("copy"), copy).ok());
+  EXPECT_NEAR(9 * report.bytes_per_keyframe,
+              static_cast<double>(fs::file_size(backend::GenerationPath(Path("copy"), 1))), 1);
+}
+
+TEST_F(MapToolTest, CheckFindsDamageInAnyGenerationAndSaysWhere) {
+  EXPECT_EQ(Run("check " + Path("map")), kExitOk) << output();
+  EXPECT_THAT(output(), HasSubstr("ok (9 keyframes"));
+  const auto loaded = backend::LoadMap(Path("map"));
+  const auto sound = CheckDirectory(Path("map"));
+  EXPECT_TRUE(sound->problems.empty()) << testing::PrintToString(sound->problems);
+  Damage(300);
+  EXPECT_EQ(Run("check " + Path("map")), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("map-00000001.gwj at byte"));
+  EXPECT_EQ(Run("check --json " + Path("map")), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("\"problems\":[\""));
+}
+
+TEST_F(MapToolTest, RepairMakesAWholeMapAndLeavesTheOldOne) {
+  Damage(300);
+  const std::string before = Read(Journal());
+  ASSERT_EQ(Run("repair " + Path("map") + " --out " + Path("new")), kExitOk) << output();
+  EXPECT_EQ(Read(Journal()), before);
+  EXPECT_EQ(Run("check " + Path("new")), kExitOk) << output();
+  const auto damaged = backend::LoadMap(Path("map"));
+  const auto repaired = backend::LoadMap(Path("new"));
+  EXPECT_EQ(repaired->map.Hash(), damaged->map.Hash());
+  EXPECT_EQ(repaired->sessions.size(), 2u);
+  // Never over a map that is there.
+  EXPECT_EQ(Run("repair " + Path("map") + " --out " + Path("new")), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("holds a map already"));
+}
+
+TEST_F(MapToolTest, ExportsPlyG2oAndTum) {
+  ASSERT_EQ(Run("export " + Path("map") + " --ply " + Path("a.ply") + " --g2o " + Path("a.g2o") +
+                " --tum " + Path("a.tum") + " --min-shared 5"),
+            kExitOk)
+      << output();
+  const auto loaded = backend::LoadMap(Path("map"));
+  EXPECT_THAT(Read(Path("a.ply")),
+              HasSubstr("element vertex " + std::to_string(loaded->map.num_landmarks() + 9)));
+  EXPECT_THAT(Read(Path("a.ply")), HasSubstr("element edge 8\n"));
+  std::istringstream tum(Read(Path("a.tum")));
+  double last = -1, t = 0, skip = 0;
+  int lines = 0;
+  while (tum >> t >> skip >> skip >> skip >> skip >> skip >> skip >> skip) {
+    EXPECT_GT(t, last);
+    last = t;
+    ++lines;
+  }
+  EXPECT_EQ(lines, 9);
+}
+
+// The pose graph is at rest where the map is: covisibility edges agree with the vertices, DR edges
+// nearly.
+TEST_F(MapToolTest, TheG2oEdgesConnectTheVertices) {
+  const auto loaded = backend::LoadMap(Path("map"));
+  std::istringstream g2o(G2oText(*loaded, 5));
+  std::map<int, SE3> vertices;
+  int dr_edges = 0, covisibility_edges = 0;
+  const auto pose = [](std::istream& in) {
+    Eigen::Vector3d p;
+    Eigen::Quaterniond q;
+    in >> p.x() >> p.y() >> p.z() >> q.x() >> q.y() >> q.z() >> q.w();
+    return SE3(q, p);
+  };
+  std::string line;
+  while (std::getline(g2o, line)) {
+    std::istringstream words(line);
+    std::string kind;
+    int id = 0, to = 0;
+    words >> kind >> id;
+    if (kind == "VERTEX_SE3:QUAT") {
+      vertices[id] = pose(words);
+      continue;
+    }
+    ASSERT_EQ(kind, "EDGE_SE3:QUAT");
+    words >> to;
+    const SE3 T_FromTo = pose(words);
+    double information = 0;
+    int numbers = 0;
+    while (words >> information) ++numbers;
+    EXPECT_EQ(numbers, 21);
+    const double error =
+        ((vertices.at(id).inverse() * vertices.at(to)).inverse() * T_FromTo).Log().norm();
+    ++(error < 1e-6 ? covisibility_edges : dr_edges);
+    EXPECT_LT(error, 0.1) << line;
+  }
+  EXPECT_EQ(vertices.size(), 9u);
+  EXPECT_EQ(dr_edges, 8);
+  EXPECT_GT(covisibility_edges, 8);
+}
+
+TEST_F(MapToolTest, ExitCodesTellUsageFromData) {
+  EXPECT_EQ(Run("info " + Path("nowhere")), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("holds no map"));
+  EXPECT_EQ(Run("export " + Path("map")), kExitUsage);
+  EXPECT_EQ(Run("repair " + Path("map")), kExitUsage);
+  EXPECT_EQ(Run(""), kExitUsage);
+  EXPECT_EQ(Run("info --json " + Path("map")), kExitOk);
+}
+
+}  // namespace
+}  // namespace gw::tools

@@ -1,0 +1,315 @@
+#include "tools/lab/bench_suite/report.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/core/format.h"
+#include "common/core/version.h"
+#include "tools/lab/eval/report.h"
+#include "tools/lab/plot/bars.h"
+
+namespace gw::bench {
+namespace {
+
+constexpr char kFailedColor[] = "#808080";
+
+std::optional<double> ApeLive(const measure::Measures& m) {
+  return m.ape_live_m;
+}
+
+std::string Fixed(const std::optional<double>& value, int decimals) {
+  return value ? FormatFixed(*value, decimals) : "-";
+}
+
+std::string Percent(double share) {
+  return FormatFixed(100 * share, 0) + " %";
+}
+
+std::string Row(const std::vector<std::string>& cells) {
+  std::string out = "|";
+  for (const std::string& cell : cells) out += " " + cell + " |";
+  return out + "\n";
+}
+
+std::string TableHead(const std::vector<std::string>& cells) {
+  return Row(cells) + Row(std::vector<std::string>(cells.size(), "---"));
+}
+
+std::string RankingNote(const Ranked& r) {
+  const std::string completeness =
+      Percent(static_cast<double>(r.finished) / static_cast<double>(r.total));
+  return Fixed(r.mean_ape_m, 3) + (r.complete() ? "" : " (" + completeness + ")");
+}
+
+// "0.016 (0.015 - 0.018)", or why not.
+std::string ApeCell(const Sequence& s) {
+  const auto mean = s.Mean(ApeLive);
+  std::string out = Fixed(mean, 3);
+  if (mean && s.runs.size() > 1) {
+    out += " (" + Fixed(s.Min(ApeLive), 3) + " - " + Fixed(s.Max(ApeLive), 3) + ")";
+  }
+  if (s.failed()) {
+    out += " **failed**";
+    const auto tracked = s.Mean([](const auto& m) { return m.tracked_share(); });
+    if (tracked && *tracked < 1) out += ", tracked " + Percent(*tracked);
+  }
+  return out;
+}
+
+std::string NeesCell(const measure::NeesCount& nees) {
+  if (nees.windows == 0) return "-";
+  const auto windows = static_cast<double>(nees.windows);
+  return Percent(nees.share_inside()) + " (" +
+         Percent(static_cast<double>(nees.above + nees.undefined) / windows) + " too sure)";
+}
+
+std::vector<std::string> Unique(const std::vector<CellResult>& results,
+                                std::string CellResult::*field) {
+  std::vector<std::string> out;
+  for (const CellResult& r : results) {
+    if (std::find(out.begin(), out.end(), r.*field) == out.end()) out.push_back(r.*field);
+  }
+  return out;
+}
+
+const Sequence* Find(const std::vector<Sequence>& sequences, const std::string& input,
+                     const std::string& variant) {
+  for (const Sequence& s : sequences) {
+    if (s.input == input && s.variant == variant) return &s;
+  }
+  return nullptr;
+}
+
+std::string Versions(const BenchReport& report) {
+  std::set<std::string> versions;
+  for (const CellResult& r : report.results) {
+    if (!r.origin.version.empty()) {
+      versions.insert(r.origin.version + " (binary " + r.slam_hash + ")");
+    }
+  }
+  std::string out;
+  for (const std::string& v : versions) out += (out.empty() ? "" : ", ") + v;
+  return out;
+}
+
+std::string Seeds(const BenchReport& report) {
+  return report.suite.runs == 1 ? "0" : "0 - " + std::to_string(report.suite.runs - 1);
+}
+
+// "name: a, b," and so on, in lines of bounded length.
+void AppendWrapped(const std::string& name, const std::vector<std::string>& items,
+                   std::vector<std::string>* lines) {
+  constexpr size_t kWidth = 120;
+  std::string line = name;
+  for (size_t i = 0; i < items.size(); ++i) {
+    const std::string item = items[i] + (i + 1 < items.size() ? ", " : "");
+    if (line.size() + item.size() > kWidth) {
+      lines->push_back(line);
+      line.clear();
+    }
+    line += item;
+  }
+  lines->push_back(line);
+}
+
+std::vector<std::string> PlotFooter(const BenchReport& report) {
+  std::vector<std::string> out = {"suite " + report.suite.name + ", gw-slam " + Versions(report) +
+                                  ", seeds " + Seeds(report) + ", alignment " +
+                                  eval::AlignmentName(report.suite.alignment)};
+  std::vector<std::string> configs;
+  for (const CellResult& r : report.results) {
+    const std::string config = r.variant + " " + r.origin.config_hash;
+    if (r.origin.config_hash.empty()) continue;
+    if (std::find(configs.begin(), configs.end(), config) == configs.end()) {
+      configs.push_back(config);
+    }
+  }
+  AppendWrapped("logs: ", Unique(report.results, &CellResult::log), &out);
+  AppendWrapped("configuration hashes: ", configs, &out);
+  return out;
+}
+
+std::string RankingTable(const std::vector<Sequence>& sequences) {
+  std::string out = TableHead({"variant", "completeness", "mean APE RMSE of the finished, m"});
+  for (const Ranked& r : Rank(sequences)) {
+    out += Row({r.variant, std::to_string(r.finished) + " / " + std::to_string(r.total),
+                Fixed(r.mean_ape_m, 4)});
+  }
+  return out;
+}
+
+std::string InputTable(const BenchReport& report, const std::vector<Sequence>& sequences) {
+  const auto variants = Unique(report.results, &CellResult::variant);
+  std::vector<std::string> head = {"input", kDrAlone};
+  head.insert(head.end(), variants.begin(), variants.end());
+  std::string out = TableHead(head);
+  for (const std::string& input : Unique(report.results, &CellResult::input)) {
+    std::optional<double> dr;
+    std::vector<std::string> cells;
+    for (const std::string& variant : variants) {
+      const Sequence* s = Find(sequences, input, variant);
+      if (s != nullptr && !dr) dr = s->Mean([](const auto& m) { return m.ape_dr_m; });
+      cells.push_back(s == nullptr ? "-" : ApeCell(*s));
+    }
+    cells.insert(cells.begin(), {input, Fixed(dr, 3)});
+    out += Row(cells);
+  }
+  return out;
+}
+
+std::string DetailTable(const std::vector<Sequence>& sequences) {
+  std::string out =
+      TableHead({"input", "variant", "images", "lost", "blind", "APE live", "APE final",
+                 "RPE 1 s, m", "RPE 1 s, deg", "jump, m", "recovery jump, m", "NEES healthy",
+                 "NEES blind", "ms median", "ms p99"});
+  using M = measure::Measures;
+  for (const Sequence& s : sequences) {
+    const auto mean = [&](auto field, int decimals) {
+      return Fixed(s.Mean([&](const M& m) { return std::optional<double>(m.*field); }), decimals);
+    };
+    out += Row({s.input, s.variant, mean(&M::images, 0), mean(&M::lost, 0), mean(&M::blind, 0),
+                mean(&M::ape_live_m, 4), mean(&M::ape_final_m, 4), mean(&M::rpe_m, 4),
+                mean(&M::rpe_deg, 3),
+                Fixed(s.Max([](const M& m) { return std::optional(m.jumps.worst_m); }), 3),
+                Fixed(s.Max([](const M& m) { return std::optional(m.jumps.worst_recovery_m); }), 3),
+                NeesCell(s.Sum(&measure::Consistency::healthy)),
+                NeesCell(s.Sum(&measure::Consistency::blind)), mean(&M::ms_median, 1),
+                mean(&M::ms_p99, 1)});
+  }
+  return out;
+}
+
+std::string OriginTable(const BenchReport& report) {
+  std::string out = TableHead(
+      {"input", "log", "hash of the log", "dead reckoning", "configuration hash by variant"});
+  for (const std::string& input : Unique(report.results, &CellResult::input)) {
+    std::string log, hash, configs;
+    bool synthetic = false;
+    std::set<std::string> seen;
+    for (const CellResult& r : report.results) {
+      if (r.input != input) continue;
+      log = r.log;
+      hash = r.log_hash;
+      synthetic |= r.origin.dr_synthetic;
+      if (r.origin.config_hash.empty() || !seen.insert(r.variant).second) continue;
+      configs += (configs.empty() ? "" : ", ") + r.variant + " " + r.origin.config_hash;
+    }
+    out += Row({input, log, hash, synthetic ? "**synthetic**" : "from sensors", configs});
+  }
+  return out;
+}
+
+std::string Failures(const BenchReport& report) {
+  std::string out;
+  for (const CellResult& r : report.results) {
+    if (r.failure.empty()) continue;
+    out += "* " + r.input + ", " + r.variant + ", seed " + std::to_string(r.seed) + ": " +
+           r.failure + "\n";
+  }
+  return out.empty() ? "" : "\n## gw-slam failed\n\n" + out;
+}
+
+}  // namespace
+
+std::string RenderMarkdown(const BenchReport& report) {
+  const std::vector<Sequence> sequences = Sequences(report.results);
+  return "# Benchmark " + report.suite.name + "\n\ngw-slam " + Versions(report) + ", gw-bench " +
+         Version() + "; seeds " + Seeds(report) + " (seed N starts 3 N images later); alignment " +
+         eval::AlignmentName(report.suite.alignment) + "; " + std::to_string(report.jobs) +
+         " at a time.\n\n## Ranking\n\n"
+         "Failed: any run with an APE RMSE above 10 m or less than half of the images "
+         "tracked.\n\n" +
+         RankingTable(sequences) +
+         "\n## APE RMSE by input, m\n\n"
+         "Of all poses as they were published, lost ones included: mean (min - max) of the "
+         "runs.\n\n" +
+         InputTable(report, sequences) +
+         "\n## All numbers\n\n"
+         "Means of the runs; jumps: the worst. lost: images for which the system claims no pose; "
+         "blind: on dead\nreckoning alone. jump: motion between two images beyond that of dead "
+         "reckoning. NEES: share of 1 s windows inside\nthe 95 % band. ms: front-end, per image; "
+         "compare within one table only.\n\n" +
+         DetailTable(sequences) + "\n## Where the numbers come from\n\n" + OriginTable(report) +
+         Failures(report);
+}
+
+std::string RenderCsv(const BenchReport& report) {
+  std::string out =
+      "input,variant,seed,log,log_hash,config_hash,version,dr_synthetic,failed,images,lost,blind,"
+      "ape_live_m,ape_final_m,ape_dr_m,rpe_m,rpe_deg,jump_m,recovery_jump_m,"
+      "nees_healthy_windows,nees_healthy_inside,nees_healthy_above,nees_healthy_undefined,"
+      "nees_blind_windows,nees_blind_inside,nees_blind_above,nees_blind_undefined,"
+      "ms_median,ms_p99\n";
+  for (const CellResult& r : report.results) {
+    out += r.input + "," + r.variant + "," + std::to_string(r.seed) + "," + r.log + "," +
+           r.log_hash + "," + r.origin.config_hash + "," + r.origin.version + "," +
+           (r.origin.dr_synthetic ? "1" : "0") + "," + (RunFailed(r) ? "1" : "0");
+    const measure::Measures m = r.measures.value_or(measure::Measures{});
+    for (const int64_t n : {m.images, m.lost, m.blind}) out += "," + std::to_string(n);
+    const auto number = [&out](const std::optional<double>& v) {
+      out += "," + (v ? FormatDouble(*v) : "");
+    };
+    for (const auto& v : {m.ape_live_m, m.ape_final_m, m.ape_dr_m, m.rpe_m, m.rpe_deg}) number(v);
+    number(m.jumps.worst_m);
+    number(m.jumps.worst_recovery_m);
+    for (const measure::NeesCount& n : {m.consistency.healthy, m.consistency.blind}) {
+      for (const int64_t v : {n.windows, n.inside, n.above, n.undefined}) {
+        out += "," + std::to_string(v);
+      }
+    }
+    number(m.ms_median);
+    number(m.ms_p99);
+    out += "\n";
+  }
+  return out;
+}
+
+std::string RenderRankingPlot(const BenchReport& report) {
+  plot::BarPanel panel;
+  panel.x_label =
+      "mean APE RMSE over the finished inputs, m (hatched: not all finished, share in "
+      "parentheses)";
+  for (const Ranked& r : Rank(Sequences(report.results))) {
+    const bool dr = r.variant == kDrAlone;
+    panel.bars.push_back({r.variant, r.mean_ape_m, RankingNote(r), !r.complete(),
+                          r.variant == "full", dr ? kFailedColor : ""});
+  }
+  plot::BarFigure figure;
+  figure.title = report.suite.name + ": accuracy and completeness";
+  figure.panel_width = 760;
+  figure.panels = {panel};
+  figure.footer = PlotFooter(report);
+  return plot::RenderBars(figure);
+}
+
+std::string RenderInputsPlot(const BenchReport& report) {
+  const std::vector<Sequence> sequences = Sequences(report.results);
+  plot::BarFigure figure;
+  figure.title = report.suite.name + ": every input";
+  figure.columns = 2;
+  figure.panel_width = 480;
+  for (const std::string& input : Unique(report.results, &CellResult::input)) {
+    plot::BarPanel panel;
+    panel.title = input;
+    panel.x_label = "APE RMSE, m (hatched: failed)";
+    double finished_max = 0;
+    for (const Sequence& s : sequences) {
+      if (s.input != input) continue;
+      const auto ape = s.Mean(ApeLive);
+      if (!s.failed()) finished_max = std::max(finished_max, ape.value_or(0));
+      const std::string failed = s.failed() ? " failed" : "";
+      panel.bars.push_back(
+          {s.variant, ape, Fixed(ape, 3) + failed, s.failed(), s.variant == "full", ""});
+      if (!panel.marker) panel.marker = s.Mean([](const auto& m) { return m.ape_dr_m; });
+    }
+    panel.marker_label = kDrAlone;
+    // Failed runs would squeeze the others against the axis.
+    const double shown = std::max(finished_max, panel.marker.value_or(0));
+    if (shown > 0) panel.x_max = 1.15 * shown;
+    figure.panels.push_back(std::move(panel));
+  }
+  figure.footer = PlotFooter(report);
+  return plot::RenderBars(figure);
+}
+
+}  // namespace gw::bench

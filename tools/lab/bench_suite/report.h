@@ -1,0 +1,23 @@
+// What gw-bench leaves behind: tables for people and for scripts, and plots.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/lab/bench_suite/protocol.h"
+#include "tools/lab/bench_suite/suite.h"
+
+namespace gw::bench {
+
+struct BenchReport {
+  Suite suite;  // as it was run
+  int jobs = 1;
+  std::vector<CellResult> results;
+};
+
+std::string RenderMarkdown(const BenchReport& report);
+std::string RenderCsv(const BenchReport& report);          // one line per run
+std::string RenderRankingPlot(const BenchReport& report);  // as the paper's figure "cid_bench"
+std::string RenderInputsPlot(const BenchReport& report);   // a panel per input
+
+}  // namespace gw::bench

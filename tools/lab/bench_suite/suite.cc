@@ -1,0 +1,141 @@
+#include "tools/lab/bench_suite/suite.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "tools/data/files/strict_yaml.h"
+#include "tools/data/files/text_file.h"
+#include "tools/lab/slam/variant.h"
+
+namespace gw::bench {
+namespace {
+
+using tools::StrictMap;
+using tools::YamlReport;
+
+bool IsFileName(const std::string& name) {
+  return !name.empty() && name.front() != '.' &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) {
+           return std::isalnum(c) != 0 || c == '_' || c == '.' || c == '-';
+         });
+}
+
+std::vector<std::string> ReadTexts(StrictMap* map, const char* key, bool required) {
+  std::vector<std::string> out;
+  const YAML::Node node = map->Take(key, required);
+  if (!node.IsDefined()) return out;
+  bool good = node.IsSequence() && node.size() > 0;
+  for (const auto& element : node) good = good && element.IsScalar();
+  if (!good) {
+    map->report()->Add(node, map->PathOf(key) + ": must be a list of texts");
+    return out;
+  }
+  for (const auto& element : node) out.push_back(element.Scalar());
+  return out;
+}
+
+void ReadInput(const YAML::Node& node, const std::string& path,
+               const std::filesystem::path& suite_folder, const std::filesystem::path& data,
+               YamlReport* report, SuiteInput* out) {
+  StrictMap map(node, path, report);
+  map.Text("name", &out->name, true);
+  if (!out->name.empty() && !IsFileName(out->name)) {
+    report->Add(node, map.PathOf("name") + ": may hold letters, digits, '_', '.' and '-'");
+  }
+  std::string log, scenario, recording;
+  map.Text("log", &log);
+  map.Text("scenario", &scenario);
+  map.Text("recording", &recording);
+  map.Text("config", &out->config);
+  map.Text("format", &out->format);
+  out->options = ReadTexts(&map, "options", false);
+  out->fault = ReadTexts(&map, "fault", false);
+  map.Finish();
+  if (static_cast<int>(log.empty()) + static_cast<int>(scenario.empty()) +
+          static_cast<int>(recording.empty()) !=
+      2) {
+    report->Add(node, path + ": needs exactly one of log, scenario and recording");
+    return;
+  }
+  const auto needs = [&](const char* key, const std::string& value, bool wanted) {
+    if (wanted == value.empty()) {
+      report->Add(node, map.PathOf(key) + (wanted ? ": missing, add it" : ": has no use here"));
+    }
+  };
+  needs("config", out->config, !log.empty());
+  needs("format", out->format, !recording.empty());
+  if (!log.empty()) {
+    if (!out->options.empty()) report->Add(node, map.PathOf("options") + ": has no use here");
+    out->path = (suite_folder / log).lexically_normal().string();
+    out->config = (suite_folder / out->config).lexically_normal().string();
+  } else if (!scenario.empty()) {
+    out->source = Source::kScenario;
+    out->path = (suite_folder / scenario).lexically_normal().string();
+  } else {
+    out->source = Source::kImport;
+    out->path = (data / recording).lexically_normal().string();
+  }
+}
+
+void ReadInputs(const YAML::Node& node, const std::filesystem::path& suite_folder,
+                const std::filesystem::path& data, YamlReport* report,
+                std::vector<SuiteInput>* out) {
+  if (!node.IsDefined()) return;
+  if (!node.IsSequence() || node.size() == 0) {
+    report->Add(node, "inputs: must be a list");
+    return;
+  }
+  std::set<std::string> names;
+  for (const auto& element : node) {
+    const std::string path = "inputs[" + std::to_string(out->size()) + "]";
+    ReadInput(element, path, suite_folder, data, report, &out->emplace_back());
+    if (!names.insert(out->back().name).second) {
+      report->Add(element, path + ".name: another input has this name");
+    }
+  }
+}
+
+Suite Read(const YAML::Node& root, const std::filesystem::path& suite_folder,
+           const std::filesystem::path& data, YamlReport* report) {
+  Suite suite;
+  StrictMap map(root, "", report);
+  map.Text("name", &suite.name, true);
+  std::string ignored;
+  map.Text("description", &ignored);
+  map.Integer("runs", &suite.runs, 1, 100);
+  map.Choice<eval::Alignment>("align", &suite.alignment,
+                              {{"se3", eval::Alignment::kSe3},
+                               {"yaw", eval::Alignment::kYaw},
+                               {"none", eval::Alignment::kNone}});
+  suite.variants = ReadTexts(&map, "variants", true);
+  for (const std::string& variant : suite.variants) {
+    FrontendConfig config;
+    const auto known = tools::ApplyVariant(variant, &config);
+    if (!known) report->Add(root["variants"], "variants: " + known.error().message);
+  }
+  if (std::set(suite.variants.begin(), suite.variants.end()).size() != suite.variants.size()) {
+    report->Add(root["variants"], "variants: one stands there twice");
+  }
+  ReadInputs(map.Take("inputs", true), suite_folder, data, report, &suite.inputs);
+  map.Finish();
+  return suite;
+}
+
+}  // namespace
+
+Result<Suite> LoadSuite(const std::string& path, const std::string& data) {
+  const auto text = tools::ReadTextFile(path);
+  if (!text) return text.error();
+  YamlReport report(path);
+  try {
+    Suite suite = Read(YAML::Load(*text), std::filesystem::path(path).parent_path(), data, &report);
+    if (!report.empty()) return Error{ErrorCode::kBadConfig, report.Text()};
+    return suite;
+  } catch (const YAML::Exception& e) {
+    return Error{ErrorCode::kBadConfig, path + ":" + std::to_string(std::max(0, e.mark.line) + 1) +
+                                            ": not valid YAML: " + e.msg};
+  }
+}
+
+}  // namespace gw::bench

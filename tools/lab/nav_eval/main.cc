@@ -1,0 +1,64 @@
+// gw-nav-eval: how well a tour of gw-navigate was driven.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <string>
+
+#include "common/core/exit_code.h"
+#include "common/core/version.h"
+#include "tools/lab/nav_eval/closed_loop.h"
+
+namespace gw::navigate {
+namespace {
+
+Result<Done> Run(const std::string& folder, const std::string& truth_path, bool json) {
+  const auto record = ReadTourRecord(folder);
+  if (!record) return record.error();
+  const auto truth = eval::ReadReference(truth_path);
+  if (!truth) return truth.error();
+  const auto result = Evaluate(*record, *truth);
+  if (!result) return result.error();
+  const ClosedLoop& r = *result;
+  if (json) {
+    std::printf(
+        "{\"stops\": %d, \"reached\": %d, \"accuracy_m\": %.6f, \"accuracy_rad\": %.6f, "
+        "\"precision_waypoints\": %d, \"precision_m\": %.6f, \"precision_rad\": %.6f, "
+        "\"est_rmse_m\": %.6f, \"nav_rmse_m\": %.6f}\n",
+        r.stops, r.reached, r.accuracy_m, r.accuracy_rad, r.precision_waypoints, r.precision_m,
+        r.precision_rad, r.est_rmse_m, r.nav_rmse_m);
+    return Done{};
+  }
+  std::printf("stops reached          %d of %d\n", r.reached, r.stops);
+  std::printf("accuracy of the stops  %.3f m  %.3f rad\n", r.accuracy_m, r.accuracy_rad);
+  if (r.precision_waypoints > 0) {
+    std::printf("precision              %.4f m  %.4f rad  (%d waypoints)\n", r.precision_m,
+                r.precision_rad, r.precision_waypoints);
+  }
+  std::printf("est-RMSE               %.3f m\n", r.est_rmse_m);
+  std::printf("nav-RMSE               %.3f m\n", r.nav_rmse_m);
+  return Done{};
+}
+
+}  // namespace
+}  // namespace gw::navigate
+
+int main(int argc, char** argv) {
+  std::string folder, truth;
+  bool json = false;
+  CLI::App app(
+      "How well a tour was driven: accuracy and precision of the stops, est-RMSE, nav-RMSE.\n"
+      "Exit: 0 ok, 1 files not usable, 2 usage.");
+  app.set_version_flag("--version", gw::Version());
+  app.add_option("--record", folder, "folder that gw-navigate --record wrote")->required();
+  app.add_option("--truth", truth, "true poses in the map: TUM file, or LCM log (.lcm)")
+      ->required();
+  app.add_flag("--json", json, "print JSON");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? gw::kExitOk : gw::kExitUsage;
+  }
+  const auto done = gw::navigate::Run(folder, truth, json);
+  if (done) return gw::kExitOk;
+  std::fprintf(stderr, "gw-nav-eval: %s\n", done.error().message.c_str());
+  return gw::ExitCodeFor(done.error());
+}

@@ -1,0 +1,94 @@
+#include "tools/lab/slam/dr_only.h"
+
+#include "common/good_weights/dr_history.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
+
+namespace gw::tools {
+namespace {
+
+constexpr DurationUs kCovariancePeriod = Milliseconds(1000);
+
+// Keeps of the states what a DrOnlyRun holds.
+class StateCollector {
+ public:
+  explicit StateCollector(DrOnlyRun* run) : run_(*run) {}
+
+  void Add(const DrState& state) {
+    run_.poses.push_back({state.utime, state.reset_counter, state.T_OB, state.slip});
+    const bool anew = !run_.last || state.utime <= run_.last->utime ||
+                      state.reset_counter != run_.last->reset_counter;
+    run_.last = state;
+    if (anew) {
+      history_.Clear();
+      next_row_ = state.utime + kCovariancePeriod;
+    }
+    history_.Push(state);
+    if (state.utime < next_row_) return;
+    next_row_ = state.utime + kCovariancePeriod;
+    DrCovarianceRow row;
+    row.utime = state.utime;
+    row.cov_T_OB = state.cov_T_OB;
+    const auto motion =
+        history_.Increment(state.utime - kCovariancePeriod, state.utime, DurationUs{0});
+    if (motion) {
+      row.motion = kCovariancePeriod;
+      row.cov_motion = motion->cov;
+    }
+    run_.covariance.push_back(row);
+  }
+
+ private:
+  DrOnlyRun& run_;
+  DrHistory history_;
+  Utime next_row_;
+};
+
+// One message of a channel that dead reckoning reads; counts those that cannot be decoded.
+template <typename Sample>
+std::optional<Sample> DecodeCounted(const process::LogEvent& event, DrOnlyRun* run) {
+  auto sample = wire::Decode<Sample>(event.data);
+  if (sample) return *std::move(sample);
+  ++run->undecodable[std::string(event.channel)];
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<DrOnlyRun> RunDrOnly(process::EventLogReader& log, const RobotConfig& config,
+                            const std::function<void()>& after_event) {
+  std::optional<dr_ekf::DrFilter> filter;
+  if (config.dr_ekf.source == DrSource::kSensors) {
+    auto created = dr_ekf::DrFilter::Create(config.dr_ekf, config.calibration);
+    if (!created) return created.error();
+    filter = std::move(*created);
+  }
+  DrOnlyRun run;
+  StateCollector states(&run);
+  const auto take = [&](const dr_ekf::DrFilter::Output& output) {
+    run.counters = output.counters;
+    for (const DrState& state : output.states) states.Add(state);
+  };
+  while (const auto event = log.Next()) {
+    run.clock.Add(event->received);
+    ++run.messages[std::string(event->channel)];
+    if (event->channel == wire::kImu) {
+      if (const auto sample = DecodeCounted<ImuSample>(*event, &run)) {
+        run.imu.push_back(*sample);
+        if (filter) take(filter->Push(*sample));
+      }
+    } else if (event->channel == wire::kWheel) {
+      if (const auto sample = DecodeCounted<WheelSample>(*event, &run)) {
+        run.wheels.push_back(*sample);
+        if (filter) take(filter->Push(*sample));
+      }
+    } else if (event->channel == wire::kDr && !filter) {
+      if (const auto state = DecodeCounted<DrState>(*event, &run)) states.Add(*state);
+    }
+    if (after_event) after_event();
+  }
+  if (log.error()) return *log.error();
+  return run;
+}
+
+}  // namespace gw::tools

@@ -1,0 +1,230 @@
+#include "tools/lab/slam/slam_output.h"
+
+#include <algorithm>
+#include <array>
+#include <cinttypes>
+#include <filesystem>
+#include <sstream>
+
+#include "common/config/writer.h"
+#include "common/core/version.h"
+#include "tools/data/files/format.h"
+#include "tools/data/files/text_file.h"
+
+namespace gw::tools {
+namespace {
+
+std::string FramesTable(const std::vector<FramePose>& frames) {
+  std::string out =
+      "utime,status,n_det,n_trk,n_inliers,q,alpha,dr_share,map_revision,latency_us,"
+      "x,y,z,qx,qy,qz,qw\n";
+  for (const FramePose& f : frames) {
+    const Eigen::Vector3d& p = f.T_WB.translation();
+    const Eigen::Quaterniond& q = f.T_WB.rotation();
+    out += Format("%" PRId64 ",%s,%d,%d,%d,%.6f,%.6g,%.6f,%" PRId64 ",%" PRId64
+                  ",%.9f,%.9f,%.9f,%.9f,%.9f,%.9f,%.9f\n",
+                  f.utime.us, StatusName(f.status), f.num_detected, f.num_tracked, f.num_inliers,
+                  f.q, f.alpha, f.dr_share, f.map_revision, f.latency_us, p.x(), p.y(), p.z(),
+                  q.x(), q.y(), q.z(), q.w());
+  }
+  return out;
+}
+
+// Upper triangles, row by row: c of each pose of trajectory.tum, m of the motion over the motion_us
+// before it (all 0 where there is none).
+std::string CovarianceTable(const SlamSession& session) {
+  const auto fields = [](const char* format, const auto& value) {
+    std::string out;
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) out += value(format, i, j);
+    }
+    return out;
+  };
+  const auto name = [](const char* format, int i, int j) { return Format(format, i, j); };
+  std::string out = "utime" + fields(",c%d%d", name) + ",motion_us" + fields(",m%d%d", name) + '\n';
+  for (const FramePose& f : session.frames()) {
+    out += Format("%" PRId64, f.utime.us);
+    out += fields(",%.9g", [&](const char* format, int i, int j) {
+      return Format(format, f.cov_T_WB(i, j));
+    });
+    out += Format(",%" PRId64, f.motion_us);
+    out += fields(",%.9g", [&](const char* format, int i, int j) {
+      return Format(format, f.cov_motion(i, j));
+    });
+    out += '\n';
+  }
+  return out;
+}
+
+constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus::kTracking,
+                                  TrackingStatus::kDegraded,     TrackingStatus::kDrOnly,
+                                  TrackingStatus::kRecovering,   TrackingStatus::kLost};
+
+std::string StatusCounts(const std::vector<FramePose>& frames, size_t begin, size_t end) {
+  std::string out = "{";
+  for (const TrackingStatus status : kStatuses) {
+    const auto n = std::count_if(frames.begin() + static_cast<std::ptrdiff_t>(begin),
+                                 frames.begin() + static_cast<std::ptrdiff_t>(end),
+                                 [&](const FramePose& f) { return f.status == status; });
+    out += Format("%s\"%s\": %td", out.size() == 1 ? "" : ", ", StatusName(status), n);
+  }
+  return out + "}";
+}
+
+std::string Report(const RobotConfig& config, const RunDescription& run,
+                   const SlamSession& session) {
+  std::ostringstream out;
+  const backend::MapperCounters& map = session.mapper().counters();
+  const backend::LoopCounters& loops = session.mapper().loop_counters();
+  out << "{\n  \"program\": \"gw-slam\",\n  \"version\": \"" << Version() << "\",\n";
+  out << "  \"log\": \"" << run.log_name << "\",\n  \"robot\": \"" << config.robot.name << "\",\n";
+  out << Format("  \"config_hash\": \"%016" PRIx64 "\",\n", ConfigHash(config));
+  out << "  \"variant\": \"" << run.variant << "\",\n  \"seed\": " << run.seed << ",\n";
+  out << "  \"frame\": \"" << (run.frame == OutputFrame::kBody ? "body" : "camera") << "\",\n";
+  out << "  \"dr_synthetic\": " << (session.dr_synthetic() ? "true" : "false") << ",\n";
+  out << "  \"images\": " << session.counters().images
+      << ",\n  \"poses\": " << StatusCounts(session.frames(), 0, session.frames().size());
+  out << ",\n  \"log_skipped_bytes\": " << run.laps.log.skipped_bytes
+      << ",\n  \"log_truncated\": " << (run.laps.log.truncated ? "true" : "false")
+      << ",\n  \"time_steps\": " << TimeStepsJson(run.laps.log.time_steps)
+      << ",\n  \"messages_undecodable\": " << session.counters().undecodable
+      << ",\n  \"dr_refused\": " << session.counters().dr_refused
+      << ",\n  \"map_gaps\": " << session.counters().map_gaps
+      << ",\n  \"map\": {\"revision\": " << session.mapper().map().revision()
+      << ", \"keyframes\": " << session.mapper().map().keyframes().size()
+      << ", \"landmarks\": " << session.mapper().map().num_landmarks()
+      << ", \"keyframes_inserted\": " << map.keyframes_inserted
+      << ", \"keyframes_rejected\": " << map.keyframes_rejected
+      << ", \"keyframes_culled\": " << map.keyframes_culled
+      << ", \"landmarks_created\": " << map.landmarks_created
+      << ", \"landmarks_triangulated\": " << map.landmarks_triangulated
+      << ", \"landmarks_merged\": " << map.landmarks_merged
+      << ", \"landmarks_culled\": " << map.landmarks_culled
+      << ", \"local_ba_applied\": " << map.local_ba_applied
+      << ", \"local_ba_failed\": " << map.local_ba_failed << "},\n  \"loops\": {"
+      << "\"candidates\": " << loops.candidates << ", \"fits\": " << loops.fits
+      << ", \"inconsistent\": " << loops.inconsistent
+      << ", \"refused_by_dr\": " << loops.refused_by_dr << ", \"closed\": " << loops.closed
+      << ", \"removed\": " << loops.removed << ", \"global_ba_applied\": " << map.global_ba_applied
+      << ", \"global_ba_failed\": " << map.global_ba_failed << "},\n  \"laps\": [";
+  for (const Lap& lap : run.laps.laps) {
+    out << (&lap == run.laps.laps.data() ? "\n" : ",\n")
+        << "    {\"images\": " << lap.frames_end - lap.frames_begin
+        << ", \"poses\": " << StatusCounts(session.frames(), lap.frames_begin, lap.frames_end)
+        << ", \"keyframes_inserted\": " << lap.keyframes_inserted
+        << ", \"keyframes\": " << lap.keyframes << ", \"landmarks\": " << lap.landmarks
+        << ", \"revision\": " << lap.revision << "}";
+  }
+  out << "\n  ]\n}\n";
+  return out.str();
+}
+
+// In times of the log, so that each lap can be held against the same reference.
+Result<Done> WriteLap(const std::string& folder, const Lap& lap, const SlamSession& session,
+                      const SE3& T_BOut) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return Error{ErrorCode::kIo, folder + ": cannot be made: " + error.message()};
+  }
+  std::string live, final, keyframes;
+  for (size_t i = lap.frames_begin; i < lap.frames_end; ++i) {
+    const FramePose& f = session.frames()[i];
+    live += TumLine(f.utime - lap.shift, f.T_WB * T_BOut);
+    final += TumLine(f.utime - lap.shift, session.FinalPose(f) * T_BOut);
+  }
+  for (const TimedKeyframe& keyframe : lap.poses) {
+    keyframes += TumLine(keyframe.utime, keyframe.T_WC * session.camera().T_BC.inverse() * T_BOut);
+  }
+  Result<Done> written = WriteTextFile(folder + "/trajectory.tum", live);
+  if (written) written = WriteTextFile(folder + "/trajectory_final.tum", final);
+  if (written) written = WriteTextFile(folder + "/keyframes.tum", keyframes);
+  return written;
+}
+
+}  // namespace
+
+std::string TimeStepsJson(const std::vector<TimeStep>& steps) {
+  std::string out = "[";
+  for (const TimeStep& step : steps) {
+    out += Format("%s{\"event\": %" PRId64 ", \"from_us\": %" PRId64 ", \"to_us\": %" PRId64 "}",
+                  out.size() == 1 ? "" : ", ", step.index, step.from.us, step.to.us);
+  }
+  return out + "]";
+}
+
+std::string TimingTable(const SlamSession& session) {
+  std::string out = "utime,tracking_us\n";
+  for (size_t i = 0; i < session.tracking_us().size(); ++i) {
+    out +=
+        Format("%" PRId64 ",%" PRId64 "\n", session.frames()[i].utime.us, session.tracking_us()[i]);
+  }
+  return out;
+}
+
+const char* StatusName(TrackingStatus status) {
+  switch (status) {
+    case TrackingStatus::kInitializing:
+      return "initializing";
+    case TrackingStatus::kTracking:
+      return "tracking";
+    case TrackingStatus::kDegraded:
+      return "degraded";
+    case TrackingStatus::kDrOnly:
+      return "dr_only";
+    case TrackingStatus::kRecovering:
+      return "recovering";
+    case TrackingStatus::kLost:
+      return "lost";
+    case TrackingStatus::kInvalid:
+      break;
+  }
+  return "invalid";
+}
+
+Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
+                          const RunDescription& run, const SlamSession& session) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return Error{ErrorCode::kIo, folder + ": cannot be made: " + error.message()};
+  }
+  // The camera of the output is the left one as mounted, before rectification.
+  const SE3 T_BOut = run.frame == OutputFrame::kCamera ? config.calibration.camera.T_BC : SE3();
+  std::string live;
+  std::string final;
+  std::string dr;
+  for (size_t i = 0; i < session.frames().size(); ++i) {
+    const FramePose& f = session.frames()[i];
+    live += TumLine(f.utime, f.T_WB * T_BOut);
+    final += TumLine(f.utime, session.FinalPose(f) * T_BOut);
+    if (const auto& T_OB = session.dr_poses()[i]) dr += TumLine(f.utime, *T_OB * T_BOut);
+  }
+  const SE3 T_COut = session.camera().T_BC.inverse() * T_BOut;
+  std::string keyframes;
+  const auto& map = session.mapper().map().keyframes();
+  for (auto it = map.upper_bound(session.newest_before()); it != map.end(); ++it) {
+    keyframes += TumLine(it->second.frame.utime, it->second.frame.T_WC * T_COut);
+  }
+  const std::pair<const char*, std::string> files[] = {
+      {"trajectory.tum", live},
+      {"trajectory_final.tum", final},
+      {"keyframes.tum", keyframes},
+      {"dr.tum", dr},
+      {"frames.csv", FramesTable(session.frames())},
+      {"covariance.csv", CovarianceTable(session)},
+      {"report.json", Report(config, run, session)}};
+  for (const auto& [name, text] : files) {
+    const Result<Done> written = WriteTextFile(folder + "/" + name, text);
+    if (!written) return written.error();
+  }
+  if (run.laps.laps.size() < 2) return Done{};
+  for (size_t i = 0; i < run.laps.laps.size(); ++i) {
+    const std::string lap_folder = folder + "/lap" + std::to_string(i + 1);
+    const auto written = WriteLap(lap_folder, run.laps.laps[i], session, T_BOut);
+    if (!written) return written;
+  }
+  return Done{};
+}
+
+}  // namespace gw::tools

@@ -1,0 +1,56 @@
+// A real recording whose right image does not fit its calibration: as a user would use the
+// programs.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "tools/data/import/test_folder.h"
+
+namespace gw::tools {
+namespace {
+
+int RunProgram(const std::string& command) {
+  const int status = std::system((std::string(GW_BINARY_DIR "/") + command + " 2>&1").c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// The number behind "key": in a JSON file.
+double Number(const std::filesystem::path& file, const std::string& key) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  const std::string json = text.str();
+  const size_t at = json.find("\"" + key + "\": ");
+  return at == std::string::npos ? NAN : std::atof(json.c_str() + at + key.size() + 4);
+}
+
+TEST(KittiDataset, RefinedCalibrationBringsTheDriftBelowOnePercent) {
+  const std::filesystem::path source = importer::SharedData() / "kitti_stereo_51";
+  if (importer::SharedData().empty() || !std::filesystem::exists(source)) {
+    GTEST_SKIP()
+        << "no recording kitti_stereo_51; set GW_SHARED_DIR to the shared folder that holds "
+           "data/kitti_stereo_51";
+  }
+  const importer::TestFolder folder;
+  const std::string at = folder.path().string() + "/";
+  ASSERT_EQ(RunProgram("gw-import kitti " + source.string() + " --out " + at +
+                       "k.lcm --config-out " + at + "k.yaml --ground-truth-out " + at + "gt.tum"),
+            0);
+  ASSERT_EQ(RunProgram("gw-calibrate-stereo " + at + "k.lcm --config " + at +
+                       "k.yaml --config-out " + at + "refined.yaml"),
+            0);
+  ASSERT_EQ(RunProgram("gw-slam " + at + "k.lcm --config " + at + "refined.yaml --out " + at +
+                       "out --variant none"),
+            0);
+  ASSERT_EQ(RunProgram("gw-eval --ref " + at + "gt.tum --est " + at +
+                       "out/trajectory.tum --align none --json " + at + "eval.json"),
+            0);
+  EXPECT_EQ(Number(at + "eval.json", "estimate_poses"), 51);
+  EXPECT_LT(Number(at + "eval.json", "final_percent"), 1.0);
+}
+
+}  // namespace
+}  // namespace gw::tools

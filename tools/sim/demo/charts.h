@@ -1,0 +1,19 @@
+// The charts of the report, as SVG.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "tools/robot/floorplan/floor_map.h"
+#include "tools/sim/demo/run_analysis.h"
+
+namespace gw::demo {
+
+// True and estimated way over the walls; where vision was blind, in another colour.
+std::string FloorChart(const RunAnalysis& run, const std::optional<floorplan::FloorMap>& map);
+// Q, alpha and (with truth) the position error over time, blind spans shaded.
+std::string TimeChart(const RunAnalysis& run);
+// From the arrival of an image to that of its pose.
+std::string LatencyChart(const RunAnalysis& run);
+
+}  // namespace gw::demo

@@ -1,0 +1,140 @@
+// gw-report: watches a run on the bus and writes it down as an HTML page.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include "common/config/loader.h"
+#include "common/core/exit_code.h"
+#include "common/core/format.h"
+#include "common/core/version.h"
+#include "common/process/bus.h"
+#include "common/process/loop.h"
+#include "tools/lab/slam/slam_output.h"
+#include "tools/sim/demo/report.h"
+
+namespace gw::demo {
+namespace {
+
+struct Arguments {
+  std::string lcm_url, config, map, out, record;
+};
+
+// What the navigator said last of its stops, shortened.
+std::string NewestStop(const tools::Monitor& monitor) {
+  for (auto note = monitor.notes().rbegin(); note != monitor.notes().rend(); ++note) {
+    if (note->key.starts_with("navigate.")) return note->key.substr(9) + " " + note->text;
+  }
+  return "";
+}
+
+std::string ProgressLine(const tools::Monitor& monitor, ErrorNow* error) {
+  if (monitor.frames().empty()) return "waiting for the first pose";
+  const FramePose& pose = monitor.frames().back().pose;
+  const Utime begin = monitor.frames().front().pose.utime;
+  std::string line = FormatFixed((pose.utime - begin).seconds(), 0) + " s  " +
+                     tools::StatusName(pose.status) + "  Q " + FormatFixed(pose.q, 2) + "  alpha " +
+                     FormatDouble(std::stod(FormatFixed(pose.alpha, 2)));
+  if (const auto metres = error->Of(monitor)) line += "  error " + FormatFixed(*metres, 3) + " m";
+  const std::string stop = NewestStop(monitor);
+  return stop.empty() ? line : line + "  " + stop;
+}
+
+// A line that is overwritten in place on a terminal, every tenth a line of its own elsewhere.
+class Terminal {
+ public:
+  void Show(const std::string& line) {
+    if (in_place_) {
+      std::fprintf(stderr, "\r%-100.100s", line.c_str());
+    } else if (shown_++ % 10 == 0) {
+      std::fprintf(stderr, "%s\n", line.c_str());
+    }
+  }
+  void End() const {
+    if (in_place_) std::fprintf(stderr, "\n");
+  }
+
+ private:
+  bool in_place_ = isatty(STDERR_FILENO) != 0;
+  int shown_ = 0;
+};
+
+Result<Done> WriteReport(const Arguments& args, const RobotConfig& config,
+                         const tools::Monitor& monitor, const ImageSamples& images) {
+  ReportInput input;
+  input.title = config.robot.name;
+  input.monitor = &monitor;
+  input.images = &images;
+  input.orb = config.frontend.orb;
+  if (!args.map.empty()) {
+    auto map = floorplan::LoadFloorMap(args.map);
+    if (!map) return map.error();
+    input.map = *std::move(map);
+  }
+  const auto html = RenderReport(input);
+  if (!html) return html.error();
+  std::ofstream file(args.out, std::ios::binary);
+  file << *html;
+  file.close();
+  if (!file) return Error{ErrorCode::kIo, args.out + ": cannot be written"};
+  std::printf("%s\n", args.out.c_str());
+  return Done{};
+}
+
+Result<Done> Run(const Arguments& args) {
+  const auto config = LoadRobotConfig(args.config);
+  if (!config) return config.error();
+  auto loop = process::Loop::Create(Milliseconds(1000));
+  if (!loop) return loop.error();
+  auto bus =
+      process::LiveBus::Create(args.lcm_url.empty() ? config->process.lcm_url : args.lcm_url);
+  if (!bus) return bus.error();
+  tools::Monitor monitor;
+  ImageSamples images;
+  if (const auto done = tools::Monitor::Attach(**bus, monitor); !done) return done.error();
+  if (const auto done = ImageSamples::Attach(**bus, images); !done) return done.error();
+  loop->Watch((*bus)->fd());
+  Terminal terminal;
+  ErrorNow error;
+  while (true) {
+    const auto ready = loop->Wait();
+    if (!ready) return ready.error();
+    if (const auto pumped = (*bus)->Pump(0); !pumped) return pumped.error();
+    if (ready->stop) break;
+    if (ready->tick) terminal.Show(ProgressLine(monitor, &error));
+  }
+  terminal.End();
+  if (!args.record.empty()) {
+    if (const auto done = monitor.Write(args.record); !done) return done.error();
+  }
+  return WriteReport(args, *config, monitor, images);
+}
+
+}  // namespace
+}  // namespace gw::demo
+
+int main(int argc, char** argv) {
+  gw::demo::Arguments args;
+  CLI::App app(
+      "Watches a run on the bus, with a line of progress; at SIGINT or SIGTERM writes it down as "
+      "one "
+      "HTML page and prints where.\nExit: 0 ok, 1 failed, 2 usage, 78 bad configuration.");
+  app.set_version_flag("--version", gw::Version());
+  app.add_option("--config", args.config, "robot YAML")->required();
+  app.add_option("--out", args.out, "HTML file to write")->required();
+  app.add_option("--map", args.map, "map.yaml of map_server to draw below; needs GROUND_TRUTH");
+  app.add_option("--record", args.record, "folder for what gw-monitor --out writes");
+  app.add_option("--lcm-url", args.lcm_url, "bus, instead of that of the configuration");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? gw::kExitOk : gw::kExitUsage;
+  }
+  const auto done = gw::demo::Run(args);
+  if (done) return gw::kExitOk;
+  std::fprintf(stderr, "gw-report: %s\n", done.error().message.c_str());
+  return gw::ExitCodeFor(done.error());
+}

@@ -1,0 +1,49 @@
+// The real motion of a recorded robot, to render its camera along it: the way from a ground-truth
+// file, and the odometry that its real wheels reported.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "common/core/result.h"
+#include "common/core/se3.h"
+#include "tools/robot/floorplan/floor_map.h"
+
+namespace gw::sim {
+
+class RecordedMotion {
+ public:
+  // Files of lines `t x y z qx qy qz qw` (s, m; # starts a comment): the body in the world, and the
+  // odometry's own pose. Only x, y and heading of the first are used. Seconds here count from the
+  // first instant that both files cover. Errors: kNotFound; kBadData with file and line for a bad
+  // line, times that do not grow, a gap of more than a second, or files that share less than a
+  // second.
+  static Result<RecordedMotion> Load(const std::string& trajectory, const std::string& odometry);
+
+  struct Planar {
+    Eigen::Vector2d position;
+    double yaw = 0;
+  };
+  // A curve with continuous acceleration close to the recorded poses (their noise is smoothed over
+  // 0.1 s); it is the truth of the simulation. Clamped to [0, duration_s].
+  Planar At(double t) const;
+  double duration_s() const { return duration_s_; }
+
+  struct Odometry {
+    double t = 0;  // s
+    SE3 T_OB;
+  };
+  const std::vector<Odometry>& odometry() const { return odometry_; }
+  double odometry_rate_hz() const;
+
+  // A floor with walls `half_width` metres on both sides of the way.
+  floorplan::FloorMap CorridorAround(double half_width) const;
+
+ private:
+  double duration_s_ = 0;
+  std::vector<Eigen::Vector3d> knots_;  // x, y, unwrapped yaw, every kKnotSpacing
+  std::vector<Odometry> odometry_;
+};
+
+}  // namespace gw::sim

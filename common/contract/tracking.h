@@ -22,14 +22,15 @@ enum class TrackingStatus : int32_t {
 // Why the status is what it is; one code, the first that applies.
 enum class TrackingReason : int32_t {
   kNone = 0,
-  kTooFewFeatures = 1,  // the image shows too little (dark, blank, covered)
-  kTooFewMatches = 2,   // features, but not those of the local map
-  kTooFewInliers = 3,   // matches, but no pose explains them
-  kPoseJump = 4,        // vision contradicted DR and the map; refused
-  kBadImage = 5,        // wrong size or format, or empty; not used
-  kNoMap = 6,           // no landmarks yet
-  kTimeReversed = 7,    // the image is not newer than the one before; not used
-  kPlaceUnknown = 8,    // not found yet in the map that is there
+  kTooFewFeatures = 1,       // the image shows too little (dark, blank, covered)
+  kTooFewMatches = 2,        // features, but not those of the local map
+  kTooFewInliers = 3,        // matches, but no pose explains them
+  kPoseJump = 4,             // vision contradicted DR and the map; refused
+  kBadImage = 5,             // wrong size or format, or empty; not used
+  kNoMap = 6,                // no landmarks yet
+  kTimeReversed = 7,         // the image is not newer than the one before; not used
+  kPlaceUnknown = 8,         // not found yet in the map that is there
+  kDrContradictsVision = 9,  // healthy vision goes on without dead reckoning, which is wrong
 };
 
 struct FramePose {

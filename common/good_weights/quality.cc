@@ -20,7 +20,8 @@ double LackReaching(double lack, int hops) {
 }
 
 bool VisionMayJudgeDr(const FramePose& frame) {
-  return frame.status == TrackingStatus::kTracking && frame.q >= 0.9 && frame.dr_share <= 0.01;
+  return frame.status == TrackingStatus::kTracking && frame.q >= kHealthyQuality &&
+         frame.dr_share <= 0.5;
 }
 
 }  // namespace gw

@@ -33,8 +33,11 @@ double LackReaching(double lack, int hops);
 // Lack from which an edge counts as weak: vision does not carry it.
 inline constexpr double kWeakLack = 0.5;
 
-// Whether vision carries the pose of this image alone, and sees enough to be sure of it: only then
-// may it judge dead reckoning.
+// Quality from which vision counts as healthy.
+inline constexpr double kHealthyQuality = 0.9;
+
+// Whether vision carries the pose of this image in full health, and mostly by itself: only then may
+// the pose judge dead reckoning. A judge sees an error of dead reckoning smaller by its own share.
 bool VisionMayJudgeDr(const FramePose& frame);
 
 }  // namespace gw

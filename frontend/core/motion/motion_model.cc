@@ -31,16 +31,18 @@ SE3 MotionModel::FirstPose(Utime utime) const {
 Motion MotionModel::Between(Utime a, Utime b) const {
   Motion out;
   const DurationUs dt = b - a;
-  if (DrPredicts(variant_)) {
+  const bool contradicted = !trust_.trusted() && observed_ == a;
+  if (DrPredicts(variant_) && !contradicted) {
     DrNoise noise_B;
     if (const auto increment = dr_.Increment(a, b, kMaxExtrapolation, &noise_B)) {
       out.T_BaBb_dr = increment->T_BaBb;
       out.T_ab = InCamera(calibration_.Corrected(out.T_BaBb_dr, dr_.newest()), T_BC_);
       calibration_.Limit(&noise_B, dr_.newest());
-      out.noise = InCamera(noise_B, T_BC_);
-      out.weight_cov = DrCovariance(dt, out.noise.Covariance(), dr_weight_);
+      out.noise = InCamera(trust_.Shown(noise_B), T_BC_);
+      const Matrix6d nominal = NominalCovariance(dt, dr_weight_);
       // A source that does not tell its noise has the nominal one.
-      if (out.noise.Covariance().isZero(0)) out.noise.white = out.weight_cov;
+      if (out.noise.Covariance().isZero(0)) out.noise.white = nominal;
+      out.weight_cov = trust_.Weighted(nominal, out.noise.Covariance());
       out.from_dr = true;
       out.slip = increment->slip;
       return out;
@@ -64,24 +66,66 @@ std::optional<SE3> MotionModel::OdometryPose(Utime utime) const {
 }
 
 std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
+  if (!trust_.trusted()) return std::nullopt;
   DrNoise noise;
   auto increment = dr_.Increment(a, b, kMaxExtrapolation, &noise);
   if (increment) {
     increment->T_BaBb = calibration_.Corrected(increment->T_BaBb, dr_.newest());
     calibration_.Limit(&noise, dr_.newest());
-    increment->cov = noise.Covariance();
+    const Matrix6d shown = trust_.Shown(noise).Covariance();
+    if (!shown.isZero(0)) {
+      increment->cov = trust_.Weighted(NominalCovariance(b - a, dr_weight_), shown);
+    }
   }
   return increment;
 }
 
-void MotionModel::Observe(const SE3& T_ab, const Motion& expected, Utime a, Utime b, bool healthy) {
-  if (a == observed_) velocity_ = T_ab.Log() / (b - a).seconds();
-  observed_ = b;
-  if (healthy && calibrate_dr_ && expected.from_dr && !expected.slip) {
-    calibration_.Observe(expected.T_BaBb_dr, T_BC_ * T_ab * T_BC_.inverse(), b - a, dr_.newest());
+void MotionModel::Observe(const Seen& seen, const Motion& expected) {
+  if (seen.a == observed_) velocity_ = seen.T_ab.Log() / (seen.b - seen.a).seconds();
+  observed_ = seen.b;
+  if (seen.healthy && calibrate_dr_ && expected.from_dr && !expected.slip) {
+    calibration_.Observe(expected.T_BaBb_dr, T_BC_ * seen.T_ab * T_BC_.inverse(), seen.b - seen.a,
+                         dr_.newest());
   } else {
     calibration_.Interrupt();
   }
+  if (seen.healthy && DrPredicts(variant_)) {
+    CompareWithVision(seen);
+  } else {
+    window_.reset();
+  }
+}
+
+void MotionModel::ObserveNothing() {
+  calibration_.Interrupt();
+  window_.reset();
+}
+
+void MotionModel::MapMoved(const SE3& T_correction) {
+  if (window_) window_->T_WC = T_correction * window_->T_WC;
+}
+
+void MotionModel::CompareWithVision(const Seen& seen) {
+  if (window_ && seen.b - window_->begin < DrTrust::kWindow) return;
+  if (window_) {
+    DrNoise noise;
+    const auto dr = dr_.Increment(window_->begin, seen.b, kMaxExtrapolation, &noise);
+    if (dr && !dr->slip) {
+      DrEvidence evidence;
+      evidence.T_dr = calibration_.Corrected(dr->T_BaBb, dr_.newest());
+      calibration_.Limit(&noise, dr_.newest());
+      evidence.cov_dr = noise.Covariance();
+      if (evidence.cov_dr.isZero(0))
+        evidence.cov_dr = NominalCovariance(seen.b - window_->begin, dr_weight_);
+      const SE3 T_ab = window_->T_WC.inverse() * seen.T_WC_vision;
+      evidence.T_vision = T_BC_ * T_ab * T_BC_.inverse();
+      const Matrix6d from_begin = T_ab.inverse().Adjoint();
+      const Matrix6d cov = from_begin * window_->cov * from_begin.transpose() + seen.cov_vision;
+      evidence.cov_vision = T_BC_.Adjoint() * cov * T_BC_.Adjoint().transpose();
+      trust_.Judge(evidence);
+    }
+  }
+  window_ = Window{seen.b, seen.T_WC_vision, seen.cov_vision};
 }
 
 }  // namespace gw::frontend

@@ -10,6 +10,7 @@
 #include "common/core/time.h"
 #include "common/good_weights/dr_history.h"
 #include "frontend/core/motion/dr_calibration.h"
+#include "frontend/core/motion/dr_trust.h"
 
 namespace gw::frontend {
 
@@ -38,22 +39,36 @@ class MotionModel {
   // absolute where DR knows gravity.
   SE3 FirstPose(Utime utime) const;
 
-  // Between two images in a row. Always gives a motion; from_dr says whether DR covers the interval
-  // and the variant uses it.
+  // Between two images in a row. Always gives a motion; from_dr says whether DR covers the
+  // interval, the variant uses it, and vision that carried the image at `a` does not contradict it.
   Motion Between(Utime a, Utime b) const;
 
-  // DR over any interval (keyframes), its scale errors taken out. Body frame.
+  // DR over any interval (keyframes), its scale errors taken out. Body frame. Empty also while
+  // healthy vision contradicts it.
   std::optional<DrIncrement> Increment(Utime a, Utime b) const;
 
   // The camera in the odometry frame; empty where DR does not cover the instant, or the variant
   // does not use it.
   std::optional<SE3> OdometryPose(Utime utime) const;
 
-  // What vision measured between two images in a row: the velocity to go on with. expected: what
-  // Between said of them. healthy: well enough to teach DR its scale errors.
-  void Observe(const SE3& T_ab, const Motion& expected, Utime a, Utime b, bool healthy);
+  // What vision measured between two images in a row.
+  struct Seen {
+    Utime a, b;
+    SE3 T_ab;              // the camera's motion: the velocity to go on with
+    bool healthy = false;  // well enough to teach DR its scale errors, and to doubt it
+    // Of the image at b, where healthy: the pose by vision alone, and its covariance.
+    SE3 T_WC_vision;
+    Matrix6d cov_vision = Matrix6d::Identity();
+  };
+  // expected: what Between said of the two images.
+  void Observe(const Seen& seen, const Motion& expected);
   // Vision measured nothing.
-  void ObserveNothing() { calibration_.Interrupt(); }
+  void ObserveNothing();
+  // The map moved, and all poses in it, from T to T_correction * T.
+  void MapMoved(const SE3& T_correction);
+
+  // False while healthy vision contradicts DR.
+  bool dr_trusted() const { return trust_.trusted(); }
 
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
 
@@ -68,6 +83,17 @@ class MotionModel {
   DrCalibration calibration_;
   Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s
   Utime observed_;                        // until here
+
+  void CompareWithVision(const Seen& seen);
+
+  // Healthy vision in a row, since this image.
+  struct Window {
+    Utime begin;
+    SE3 T_WC;
+    Matrix6d cov;
+  };
+  std::optional<Window> window_;
+  DrTrust trust_;
 };
 
 }  // namespace gw::frontend

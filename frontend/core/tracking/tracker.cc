@@ -1,5 +1,6 @@
 #include "frontend/core/tracking/tracker.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -84,6 +85,7 @@ class Tracker::Impl {
   void GoOnWithout(const Image& image, FramePose* report, const ImageOutcome& outcome);
   void Judge(Image* image, TrackerOutput* out);
   void CompareViews(const Image& image);
+  MotionModel::Seen Seen(const Image& image, const SE3& T_ab, bool healthy) const;
   void ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome);
   bool BeginsMap(const FeatureFrame& frame) const;
   bool ContinuesMap(bool vision, const Motion& motion) const;
@@ -417,18 +419,24 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
     GoOnWithout(*image, &report, outcome);
     image->found = FoundPose{};
   }
+  outcome.q = report.q;
   outcome.dr_share = report.dr_share;
   ConsiderPlace(*image, out, &outcome);
   report.status = StatusOf(state_, outcome);
   if (outcome.begins_map) report.reason = TrackingReason::kNone;
+  if (report.reason == TrackingReason::kNone && !motion_.dr_trusted()) {
+    report.reason = TrackingReason::kDrContradictsVision;
+  }
 
   const bool first = state_ == TrackingState::kStart;
   const SE3 T_ab = image->T_WC_before.inverse() * T_WC_;
   if (!outcome.vision) {
     motion_.ObserveNothing();
   } else if (!first) {
-    motion_.Observe(T_ab, image->motion, utime_, image->utime,
-                    !VisionBroken() && VisionMayJudgeDr(report));
+    motion_.Observe(Seen(*image, T_ab,
+                         !VisionBroken() && report.status == TrackingStatus::kTracking &&
+                             report.q >= kHealthyQuality),
+                    image->motion);
   }
   chain_.Observe(first ? SE3() : T_ab,
                  !outcome.vision && report.num_detected >= config_.keyframe_min_close);
@@ -441,6 +449,19 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   if (outcome.begins_map || due) {
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
   }
+}
+
+// What vision measured since the image before.
+MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, bool healthy) const {
+  MotionModel::Seen seen{.a = utime_, .b = image.utime, .T_ab = T_ab, .healthy = healthy};
+  if (!healthy) return seen;
+  // Without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
+  const PoseEstimate& e = image.found.estimate;
+  const Eigen::LDLT<Matrix6d> of_vision(e.vision_information);
+  const Vector6d pulled = (image.T_WC_predicted.inverse() * e.T_WC).Log();
+  seen.T_WC_vision = e.T_WC * SE3::Exp(of_vision.solve(e.prior_information * pulled));
+  seen.cov_vision = VisionCovariance(e.vision_information);
+  return seen;
 }
 
 // What an image tells of the place; num_inliers: of the pose from vision, 0 when it has none.
@@ -497,6 +518,7 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
     }
     if (const auto T_WK = map_.KeyframePose(reference_)) T_WC_ = *T_WK * T_KC;
     uncertainty_.Shift((T_WC_before.inverse() * T_WC_).Log());
+    motion_.MapMoved(T_WC_ * T_WC_before.inverse());
   }
   if (!update.merged_landmarks.empty()) {
     std::map<LandmarkId, LandmarkId> merged;

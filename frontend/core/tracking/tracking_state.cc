@@ -1,5 +1,7 @@
 #include "frontend/core/tracking/tracking_state.h"
 
+#include "common/good_weights/quality.h"
+
 namespace gw::frontend {
 namespace {
 
@@ -23,8 +25,8 @@ TrackingStatus StatusOf(TrackingState before, const ImageOutcome& outcome) {
     return TrackingStatus::kRecovering;
   }
   if (outcome.vision) {
-    return outcome.dr_share > kNoticeableShare ? TrackingStatus::kDegraded
-                                               : TrackingStatus::kTracking;
+    const bool weak = outcome.q < kHealthyQuality && outcome.dr_share > kNoticeableShare;
+    return weak ? TrackingStatus::kDegraded : TrackingStatus::kTracking;
   }
   return outcome.from_dr ? TrackingStatus::kDrOnly : TrackingStatus::kLost;
 }

@@ -27,6 +27,8 @@ TEST(TrackingStatus, SaysWhoCarriesThePose) {
   ImageOutcome weak = seen;
   weak.dr_share = 0.5;
   EXPECT_EQ(StatusOf(kTracking, weak), TrackingStatus::kDegraded);
+  weak.q = 1;
+  EXPECT_EQ(StatusOf(kTracking, weak), TrackingStatus::kTracking) << "a good gyro, not weak vision";
   EXPECT_EQ(StatusOf(kTracking, {.map_there = true, .from_dr = true}), TrackingStatus::kDrOnly);
   EXPECT_EQ(StatusOf(kTracking, {.map_there = true}), TrackingStatus::kLost);
 }

@@ -76,7 +76,15 @@ void DrNoise::Append(const DrState& state, const SE3& T_step, double dt_s) {
 }
 
 bool DrHistory::Push(const DrState& state) {
-  if (!states_.empty() && state.utime <= states_.back().utime) return false;
+  const ClockWatch::Verdict verdict = clock_.Judge(state.utime);
+  const bool behind = !states_.empty() && state.utime <= states_.back().utime;
+  if (behind) {
+    const bool restarted = state.reset_counter != states_.back().reset_counter;
+    if (!restarted && verdict != ClockWatch::Verdict::kSetBack) return false;
+    states_.clear();
+    clock_ = ClockWatch();
+    clock_.Judge(state.utime);
+  }
   states_.push_back(state);
   while (states_.size() > 2 && states_.back().utime - states_.front().utime > window_) {
     states_.pop_front();

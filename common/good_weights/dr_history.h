@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/contract/dead_reckoning.h"
+#include "common/core/clock_watch.h"
 
 namespace gw {
 
@@ -48,7 +49,9 @@ class DrHistory {
   // window: states older than this behind the newest are forgotten.
   explicit DrHistory(DurationUs window = Milliseconds(30000)) : window_(window) {}
 
-  // Times must increase; a state that does not is refused (false) and counted by the caller.
+  // Times must increase; a state that is late is refused (false) and counted by the caller. When
+  // the clock was set back, by what the source says (reset_counter) or by what its times show, the
+  // history begins anew.
   bool Push(const DrState& state);
   void Clear() { states_.clear(); }
 
@@ -68,6 +71,7 @@ class DrHistory {
  private:
   DurationUs window_;
   std::deque<DrState> states_;
+  ClockWatch clock_;
 };
 
 }  // namespace gw

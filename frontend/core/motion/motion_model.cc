@@ -101,6 +101,12 @@ void MotionModel::ObserveNothing() {
   window_.reset();
 }
 
+void MotionModel::Restart() {
+  ObserveNothing();
+  velocity_.setZero();
+  observed_ = {};
+}
+
 void MotionModel::MapMoved(const SE3& T_correction) {
   if (window_) window_->T_WC = T_correction * window_->T_WC;
 }

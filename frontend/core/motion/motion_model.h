@@ -64,6 +64,9 @@ class MotionModel {
   void Observe(const Seen& seen, const Motion& expected);
   // Vision measured nothing.
   void ObserveNothing();
+  // The clock of the images was set: what was measured before has no time any more. DR follows its
+  // own clock.
+  void Restart();
   // The map moved, and all poses in it, from T to T_correction * T.
   void MapMoved(const SE3& T_correction);
 

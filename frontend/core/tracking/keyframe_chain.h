@@ -38,6 +38,11 @@ class KeyframeChain {
 
   // The next keyframe begins a chain of its own: dead reckoning does not lead to it.
   void Break() { last_ = {}; }
+  // The same, and time goes on from here: the clock was set.
+  void Restart(Utime utime) {
+    Break();
+    utime_ = utime;
+  }
 
   // The map holds keyframes up to this one: the next has a higher number.
   void Skip(KeyframeId newest);

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "common/core/clock_watch.h"
 #include "common/good_weights/camera_motion.h"
 #include "common/good_weights/quality.h"
 #include "common/good_weights/vision_noise.h"
@@ -26,6 +27,9 @@ constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
 // A correction larger than this is announced (status RECOVERING).
 constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
+// How far the robot may go in the few images that it takes to see that the clock was set back.
+constexpr double kMovedMeanwhile = 0.3;   // m
+constexpr double kTurnedMeanwhile = 0.3;  // rad
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
 
@@ -72,6 +76,7 @@ class Tracker::Impl {
   bool map_there() const { return map_known_ && !map_.empty(); }
 
   TrackerOutput Refuse(TrackerOutput out) const;
+  void Restart(Utime utime);
   Image Predict(Utime utime);
   void Locate(Image* image);
   FoundPose Find(const Image& image);
@@ -107,6 +112,7 @@ class Tracker::Impl {
   bool map_known_ = false;   // a snapshot has come
   bool map_frozen_ = false;  // the back-end takes in no keyframes: none are made
   TrackingState state_ = TrackingState::kStart;
+  ClockWatch clock_;
   Utime utime_;  // of the last image
   SE3 T_WC_;
   PoseUncertainty uncertainty_;  // of T_WC_
@@ -334,6 +340,26 @@ TrackerOutput Tracker::Impl::Refuse(TrackerOutput out) const {
   return out;
 }
 
+// The clock was set back: the time of the last image is made to be just before this one. How much
+// time passed since nobody knows; the robot is looked for around where it was, as after a blind
+// span.
+void Tracker::Impl::Restart(Utime utime) {
+  if (placed()) state_ = TrackingState::kBlind;
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(kMovedMeanwhile), Eigen::Vector3d::Constant(kTurnedMeanwhile);
+  const Matrix6d moved = sigma.cwiseAbs2().asDiagonal();
+  const Matrix6d cov = uncertainty_.cov() + moved;
+  uncertainty_ = PoseUncertainty();
+  uncertainty_.Reset(cov);
+  utime_ = utime - DurationUs{1};
+  place_ = PlaceConfirmation();
+  confirmed_.reset();
+  recovery_.Reset();
+  view_ = ViewChange(camera_);
+  motion_.Restart();
+  chain_.Restart(utime);
+}
+
 // Where the image should have been taken, and how sure that is.
 Tracker::Impl::Image Tracker::Impl::Predict(Utime utime) {
   Image image;
@@ -375,7 +401,9 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   report.utime = utime;
   report.seq = seq;
   report.num_detected = seen.num_detected;
-  if (state_ != TrackingState::kStart && utime <= utime_) return Refuse(std::move(out));
+  const ClockWatch::Verdict order = clock_.Judge(utime);
+  if (order == ClockWatch::Verdict::kLate) return Refuse(std::move(out));
+  if (order == ClockWatch::Verdict::kSetBack) Restart(utime);
 
   Image image = Predict(utime);
   image.frame = &seen;
@@ -453,7 +481,11 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
 
 // What vision measured since the image before.
 MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, bool healthy) const {
-  MotionModel::Seen seen{.a = utime_, .b = image.utime, .T_ab = T_ab, .healthy = healthy};
+  MotionModel::Seen seen;
+  seen.a = utime_;
+  seen.b = image.utime;
+  seen.T_ab = T_ab;
+  seen.healthy = healthy;
   if (!healthy) return seen;
   // Without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
   const PoseEstimate& e = image.found.estimate;

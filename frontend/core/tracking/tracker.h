@@ -36,7 +36,8 @@ class Tracker {
   ~Tracker();
 
   // An image. Images of a wrong size or format and images back in time give a pose too (predicted,
-  // with the reason); they are not used.
+  // with the reason); they are not used. When several in a row are back in time, and in order among
+  // themselves, the clock was set back: tracking goes on in the same map, with the new time.
   TrackerOutput Push(const CameraFrame& frame);
 
   // The same from features, for tests without pixels.

@@ -115,7 +115,8 @@ struct Recording {
 
 // Drives for `images` images, blind in [blind_from, blind_to). dr_scale: wheel scale error; 0 = no
 // DR.
-Recording Drive(Variant variant, int images, int blind_from, int blind_to, double dr_scale) {
+Recording Drive(Variant variant, int images, int blind_from, int blind_to, double dr_scale,
+                double dr_turn_scale = 1) {
   const World world;
   FrontendConfig config;
   config.variant = variant;
@@ -130,7 +131,8 @@ Recording Drive(Variant variant, int images, int blind_from, int blind_to, doubl
     if (dr_scale > 0) {
       if (i > 0) {
         const SE3 step = TruePose((i - 1) * kFrameUs * 1e-6).inverse() * T_WB;
-        T_OB = T_OB * SE3(step.rotation(), dr_scale * step.translation());
+        T_OB = T_OB *
+               SE3(ExpSO3(dr_turn_scale * LogSO3(step.rotation())), dr_scale * step.translation());
       }
       DrState s;
       s.utime = {i * kFrameUs};
@@ -213,6 +215,58 @@ TEST(Tracker, HealthyVisionIgnoresBadDeadReckoning) {
   const Recording none = Drive(Variant::kNone, 200, 0, 0, 0);
   const Recording full = Drive(Variant::kFull, 200, 0, 0, 1.05);
   EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.005);
+}
+
+// Wrong units, signs and stuck headings: healthy vision is not pulled, and says who is wrong.
+TEST(Tracker, DeadReckoningThatContradictsHealthyVisionIsNamedAndNotUsed) {
+  const Recording none = Drive(Variant::kNone, 300, 0, 0, 0);
+  struct Fault {
+    double way, turn;
+  };
+  for (const auto& [way, turn] : {Fault{2, 1}, Fault{0.5, 1}, Fault{1, 0}, Fault{1, -1}}) {
+    const Recording full = Drive(Variant::kFull, 300, 0, 0, way, turn);
+    EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.005) << way << " " << turn;
+    EXPECT_EQ(full.poses.back().reason, TrackingReason::kDrContradictsVision);
+    EXPECT_EQ(full.poses.back().status, TrackingStatus::kTracking);
+    EXPECT_FALSE(full.keyframes.back().dr) << "no edge of it goes into the map";
+    for (size_t i = 150; i < full.poses.size(); ++i) {
+      EXPECT_EQ(full.poses[i].reason, TrackingReason::kDrContradictsVision) << i;
+    }
+  }
+  const Recording sound = Drive(Variant::kFull, 300, 0, 0, 1);
+  for (const FramePose& pose : sound.poses) EXPECT_EQ(pose.reason, TrackingReason::kNone);
+}
+
+// A clock that is set back costs a few images, not the map.
+TEST(Tracker, GoesOnInTheSameMapWhenTheClockIsSetBack) {
+  const World world;
+  for (const bool with_dr : {false, true}) {
+    Tracker tracker = *Tracker::Create({}, world.geometry());
+    MapUpdate empty;
+    empty.snapshot = true;
+    EXPECT_TRUE(tracker.Push(empty));
+    constexpr int kSet = 100;
+    int refused = 0;
+    for (int i = 0; i < 200; ++i) {
+      const SE3 T_WB = TruePose(i * kFrameUs * 1e-6);
+      const Utime utime{20'000'000 + i * kFrameUs - (i >= kSet ? 10'000'000 : 0)};
+      DrState s;
+      s.utime = utime;
+      s.seq = i + 1;
+      s.reset_counter = i >= kSet ? 1 : 0;
+      s.T_OB = T_WB;
+      if (with_dr) EXPECT_TRUE(tracker.Push(s));
+      const FramePose pose = tracker.Track(utime, i + 1, world.See(T_WB, i, false)).pose;
+      if (pose.reason == TrackingReason::kTimeReversed) {
+        ++refused;
+        EXPECT_LT(i, kSet + 3);
+      } else if (i >= kSet + 6) {
+        EXPECT_EQ(pose.status, TrackingStatus::kTracking) << i;
+        EXPECT_LT((pose.T_WB.translation() - T_WB.translation()).norm(), 0.03) << i;
+      }
+    }
+    EXPECT_EQ(refused, 2);
+  }
 }
 
 PlaceMatch Answer(const PlaceQuery& query, const SE3& T_WC) {

@@ -41,7 +41,11 @@ using TopTransition = Eigen::Matrix<double, 9, kClone>;
 
 void ApplyTransition(const TopTransition& F, FilterState& state);
 
-// A wheel interval begins: its pose stays in the state until the next one.
+// The sums of a new wheel sample: their errors are unknown to the state, with this covariance.
+void BeginSum(const Eigen::Matrix2d& cov, FilterState& state);
+
+// A wheel interval begins: its pose, and the errors of its sample's sums, stay in the state until
+// the next one.
 void ClonePose(Utime utime, FilterState& state);
 
 }  // namespace gw::dr_ekf

@@ -15,6 +15,16 @@ inline constexpr double kSidewaysSpeedPrior = 0.1;  // m/s
 inline constexpr double kTiltPrior = 0.05;          // rad: 0.5 m/s^2 of motion while levelling
 inline constexpr double kLevelingSigma = 0.05;      // m/s^2, unseen motion during levelling
 
+// Track of the base, as a factor on the turn of its wheels: a skid-steer base turns half as far as
+// its geometric track says, a wrong calibration is in there too. With a gyro this is the prior, one
+// sigma; the first turn tells. Without one the turn of the wheels is all there is.
+inline constexpr double kYawScalePrior = 0.5;
+inline constexpr double kLeastYawScale = 0.25;
+inline constexpr double kMostYawScale = 4.0;
+// Rise of the body per way on a level floor, for an accelerometer (and so "up") that is mounted
+// this much askew: about a degree.
+inline constexpr double kClimbPrior = 0.02;
+
 // The scales of wheels and gyro drift this slowly (temperature, tyre wear, payload): 0.04 % in an
 // hour.
 inline constexpr double kScaleWalk = 6e-6;  // 1/sqrt(s)
@@ -23,10 +33,13 @@ inline constexpr double kScaleWalk = 6e-6;  // 1/sqrt(s)
 // velocity stays for about this long.
 inline constexpr double kLateralCorrelation = 0.1;  // s
 
-// Without an accelerometer the robot is taken to stand flat. How far a floor is from that: roll and
-// pitch wander around zero with this sigma, and forget over this way.
+// A floor. Without an accelerometer the robot is taken to stand flat; with one its height is taken
+// to wander no more than such a floor does. How far a floor is from flat: roll and pitch wander
+// around zero with this sigma, and forget over this way.
 inline constexpr double kFloorTilt = 0.01;    // rad
 inline constexpr double kFloorTiltWay = 1.0;  // m
+// Height of a floor around its level: twice what DIN 18202 allows over 15 m. More is a ramp.
+inline constexpr double kFloorHeight = 0.03;  // m
 
 // Motion that no sensor measures (wheels lost without accelerometer; gyro lost without wheels): a
 // velocity that wanders around zero with this sigma and this memory.

@@ -135,7 +135,7 @@ void DrModel::DefineWay(const WheelSample& sample, WayInnovation in, FilterState
   }
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
   state.P.diagonal().head<3>().array() += kUnknownWay;
-  Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
+  Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefine, state);
   // The velocity is that of the interval.
   state.v_OS_S = v_now + state.w_OS_S.cross(arm);
   const Vector3d by_scale = in.measured / in.dt;

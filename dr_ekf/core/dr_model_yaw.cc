@@ -130,7 +130,7 @@ void DrModel::DefineYaw(const WheelSample& sample, const YawInnovation& in,
   if (state.heading_used) H[kNewSum + 1] = H[kCloneSum + 1] = 0;
   state.P(5, 5) += kUnknownTurn;
   Update<1>(H, Scalar(WrapAngle(yaw - in.measured + in.residual) - known), Scalar(variance),
-            PoseUpdate::kDefineTurn, state);
+            PoseUpdate::kDefine, state);
   state.w_OS_S = Eigen::Vector3d(0, 0, yaw / in.dt);
 }
 

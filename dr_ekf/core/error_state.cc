@@ -53,6 +53,8 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   if (hold) {
     K.template topRows<9>().setZero();
     K.template bottomRows<kErrorSize - kClone>().setZero();
+  } else if (mode == PoseUpdate::kDefine) {
+    K.template middleRows<kClone - kGyroBias>(kGyroBias).setZero();
   } else if (state.has_clone) {
     KeepThePast<kRows>(state, &K);
   }

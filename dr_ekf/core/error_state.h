@@ -26,7 +26,7 @@ inline double WrapAngle(double a) {
 enum class PoseUpdate {
   kCorrect,     // the pose was estimated without this measurement, which corrects it
   kDefineWay,   // the measurement is the way: what it does to the place is no correction
-  kDefineTurn,  // the measurement is the motion, in full
+  kDefine,      // the measurement is the motion, in full, and parameters learn nothing from it
   kHold,        // pose and velocity do not move (Schmidt's consider update), P stays honest
 };
 

@@ -18,9 +18,6 @@ constexpr int64_t kMaxUtime = int64_t{1} << 61;  // differences of times cannot 
 // A clock that was set back, not a late packet: all samples, for this long of their own time.
 constexpr DurationUs kLateBeforeRestart = Milliseconds(500);
 constexpr int kLateSamples = 3;
-// A track factor that is named: beyond what tyres and calibrations are off by.
-constexpr double kOtherTrack = 0.2;
-constexpr double kKnownTrack = 0.05;  // sigma
 
 bool IsUsable(Utime utime) {
   return utime.us > -kMaxUtime && utime.us < kMaxUtime;
@@ -85,7 +82,7 @@ void DrFilter::FindInState(const FilterState& state) {
   once(state.heading_stuck, DrDiagnosis::kHeadingStuck);
   once(state.wheel_turn_stuck, DrDiagnosis::kWheelTurnStuck);
   once(std::abs(state.yaw_scale - 1) > kOtherTrack &&
-           state.P(kYawScale, kYawScale) < kKnownTrack * kKnownTrack,
+           state.P(kYawScale, kYawScale) < kKnownTrackSigma * kKnownTrackSigma,
        DrDiagnosis::kTrackIsOther);
 }
 

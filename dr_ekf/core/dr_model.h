@@ -98,6 +98,8 @@ class DrModel {
   void UpdateYaw(const WheelSample& sample, FilterState& state) const;
   YawInnovation InnovateYaw(const WheelSample& sample, const FilterState& state) const;
   void DefineYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
+  // Of the wheels' turn, beyond what the configuration says: see NoiseFactor.
+  double ExtraTurnVariance(double turn, double wheel_turn, const FilterState& state) const;
   // A heading that does not change while the wheels turn is not believed.
   bool HeadingMayBeUsed(const WheelSample& sample, FilterState& state) const;
   // Likewise wheels whose heading does not change while they drive and the gyro turns.
@@ -105,6 +107,11 @@ class DrModel {
                           FilterState& state) const;
   // True: the wheels' turn is to be used.
   bool AcceptYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
+
+  // Over kWatchMemory without slip the turns of wheels and gyro agree as far as bias and scales are
+  // known, or these are doubted.
+  void WatchYaw(const YawInnovation& in, SlipGate::Interval interval, FilterState& state) const;
+  void DoubtTurn(const YawInnovation& in, FilterState& state) const;
 
   // dr_model_way.cc
   struct WayInnovation {

@@ -134,7 +134,8 @@ void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const
   if (!state.aligned) turn.head<2>().setConstant(2 * Square(kFloorTilt) * tilt_rate);
   density = G * turn.asDiagonal() * G.transpose();
   if (rates.accel) {
-    density.diagonal().segment<3>(kVelocity).array() += Square(imu_.accel_noise);
+    density.diagonal().segment<3>(kVelocity).array() +=
+        state.accel_noise.value() * Square(imu_.accel_noise);
   } else {
     const double side = SideVariance(v.norm(), w.z()) / Square(kLateralCorrelation);
     density.diagonal().segment<3>(kVelocity) +=

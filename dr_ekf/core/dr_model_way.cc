@@ -65,7 +65,6 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
 void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
   const WayInnovation in = InnovateWay(sample, state);
   const Eigen::Vector2d speeds = Speeds(state);
-  // What a gyro says of the turn over this interval, at the rims of the wheels.
   if (!state.way_unmeasured) {
     CorrectWay(in, state);
   } else {
@@ -113,6 +112,7 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
         break;
     }
   }
+  if (!state.forward_gate.rejecting) state.accel_noise.Add(state.forward_gate.normalised, in.dt);
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
 }

@@ -52,13 +52,21 @@ DrModel::YawInnovation DrModel::InnovateYaw(const WheelSample& sample,
     in.predicted = std::max(0.0, in.predicted);
     const double own_turn = angle / state.yaw_scale;
     const double own = in.predicted + Square(own_turn) * state.P(kYawScale, kYawScale);
-    const double wheels = WheelYawVariance(way, own_turn) + state.P(kNewSum + 1, kNewSum + 1) +
-                          state.P(kCloneSum + 1, kCloneSum + 1);
+    const double wheels = WheelYawVariance(way, own_turn) +
+                          ExtraTurnVariance(own_turn, sample.dyaw_rad, state) +
+                          state.P(kNewSum + 1, kNewSum + 1) + state.P(kCloneSum + 1, kCloneSum + 1);
     in.turn = own_turn + own / (own + wheels) * (sample.dyaw_rad - own_turn);
   }
   in.H[kYawScale] = -in.turn;
   in.noise = WheelYawVariance(way, in.turn);
+  if (!state.yaw_unmeasured) in.noise += ExtraTurnVariance(in.turn, sample.dyaw_rad, state);
   return in;
+}
+
+// Wheels that stand turn nothing, whatever the bias of a gyro says.
+double DrModel::ExtraTurnVariance(double turn, double wheel_turn, const FilterState& state) const {
+  return (state.turn_noise.value() - 1) *
+         WheelYawVariance(0, std::min(std::abs(turn), std::abs(wheel_turn)));
 }
 
 bool DrModel::HeadingMayBeUsed(const WheelSample& sample, FilterState& state) const {
@@ -136,11 +144,10 @@ void DrModel::DefineYaw(const WheelSample& sample, const YawInnovation& in,
 
 bool DrModel::AcceptYaw(const WheelSample& sample, const YawInnovation& in,
                         FilterState& state) const {
-  const bool was_rejecting = state.yaw_gate.rejecting;
   SlipGate::Interval interval;
   interval.innovation = in.residual;
   interval.variance = in.noise + in.predicted;
-  interval.coherent = in.turn * std::sqrt(state.P(kYawScale, kYawScale));
+  interval.coherent[0] = in.turn * std::sqrt(state.P(kYawScale, kYawScale));
   interval.sum_error =
       std::max(state.P(kNewSum + 1, kNewSum + 1), state.P(kCloneSum + 1, kCloneSum + 1));
   interval.least = std::max(kLeastSlipTurn, LargestTimeError(1, in.dt, state));
@@ -148,25 +155,58 @@ bool DrModel::AcceptYaw(const WheelSample& sample, const YawInnovation& in,
   interval.dt = in.dt;
   double excess = 0;
   const SlipGate::Verdict verdict = state.yaw_gate.Judge(interval, config_.gate_sigma, &excess);
-  if (verdict == SlipGate::Verdict::kAgrees) return true;
+  const bool track_known = std::abs(state.yaw_scale - 1) < kOtherTrack &&
+                           state.P(kYawScale, kYawScale) < Square(kKnownTrackSigma);
+  if (verdict != SlipGate::Verdict::kSlip || !track_known) {
+    state.turn_noise.Add(state.yaw_gate.normalised, std::abs(in.turn));
+  }
+  if (verdict == SlipGate::Verdict::kAgrees) {
+    if (!state.slip) WatchYaw(in, interval, state);
+    return true;
+  }
   ++state.counters.gated_wheel_yaw;
+  if (!track_known) return false;
   if (verdict == SlipGate::Verdict::kOutlier) {
     // A sum that is off now. What is off for good shows in the next ones.
     state.P(kNewSum + 1, kNewSum + 1) += (excess - 1) * (interval.variance + interval.sum_error);
     return true;
   }
-  state.rejected_yaw = in.residual + (was_rejecting ? state.rejected_yaw : 0.0);
-  const DurationUs rejecting =
-      sample.utime - state.yaw_gate.rejecting_since + DurationFromSeconds(in.dt);
-  const double rate = state.rejected_yaw / rejecting.seconds();
-  if (rejecting <= DurationFromSeconds(kMaxYawRejection) || std::abs(rate) >= kMaxBiasJump) {
-    FlagSlip(sample.utime, TrackSpeed(in.residual, in.dt), state);
-    return false;
+  if (sample.utime - state.yaw_gate.rejecting_since > DurationFromSeconds(kMaxYawRejection)) {
+    state.yaw_gate = {};
+    DoubtTurn(in, state);
+    return true;
   }
+  FlagSlip(sample.utime, TrackSpeed(in.residual, in.dt), state);
+  return false;
+}
+
+void DrModel::WatchYaw(const YawInnovation& in, SlipGate::Interval interval,
+                       FilterState& state) const {
+  const double share = R_BI_.transpose().col(2).cwiseAbs2().dot(
+      state.P.block<3, 3>(kGyroBias, kGyroBias).diagonal());
+  const double scale = R_BI_.transpose().col(2).cwiseAbs2().dot(
+      state.P.block<3, 3>(kGyroScale, kGyroScale).diagonal());
+  interval.variance = in.noise + Square(imu_.gyro_noise) * in.dt;
+  interval.coherent[0] = in.turn * std::sqrt(state.P(kYawScale, kYawScale) + scale);
+  interval.coherent[1] = in.dt * std::sqrt(share);
+  double excess = 0;
+  if (state.yaw_watch.Judge(interval, config_.gate_sigma, &excess) != SlipGate::Verdict::kSlip) {
+    return;
+  }
+  state.yaw_watch = {.memory = kWatchMemory};
+  DoubtTurn(in, state);
+}
+
+// Gyro and wheels disagree for too long to be slip. Which of the two is wrong, what follows tells
+// by its shape: a bias goes with time, a scale with the turn. Until then neither is sure.
+void DrModel::DoubtTurn(const YawInnovation& in, FilterState& state) const {
+  ++state.counters.parted;
   ++state.counters.gyro_bias_jumps;
-  state.P.diagonal().segment<3>(kGyroBias).array() += Square(kGyroBiasPrior) + Square(rate);
-  state.yaw_gate = {};
-  return true;
+  state.P.diagonal().segment<3>(kGyroBias).array() += Square(kGyroBiasPrior);
+  if (config_.wheel_scale_sigma > 0) {
+    state.P(kYawScale, kYawScale) +=
+        Square(std::min(kYawScalePrior, std::abs(in.residual / in.dt)));
+  }
 }
 
 }  // namespace gw::dr_ekf

@@ -24,10 +24,10 @@ inline double WrapAngle(double a) {
 
 // What an update may do to the pose.
 enum class PoseUpdate {
-  kCorrect,     // the pose was estimated without this measurement, which corrects it
-  kDefineWay,   // the measurement is the way: what it does to the place is no correction
-  kDefine,      // the measurement is the motion, in full, and parameters learn nothing from it
-  kHold,        // pose and velocity do not move (Schmidt's consider update), P stays honest
+  kCorrect,    // the pose was estimated without this measurement, which corrects it
+  kDefineWay,  // the measurement is the way: what it does to the place is no correction
+  kDefine,     // the measurement is the motion, in full, and parameters learn nothing from it
+  kHold,       // pose and velocity do not move (Schmidt's consider update), P stays honest
 };
 
 // One Kalman update with innovation = H * error + noise of covariance R. Rows: 1 or 3.

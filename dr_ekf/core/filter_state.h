@@ -4,10 +4,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 
 #include "common/core/se3.h"
 #include "common/core/time.h"
+#include "dr_ekf/core/noise_factor.h"
+#include "dr_ekf/core/noise_model.h"
 #include "dr_ekf/core/slip_gate.h"
 #include "dr_ekf/core/stamp_error.h"
 
@@ -41,6 +44,7 @@ struct StepCounters {
   int64_t wheel_drops = 0;
   int64_t slips = 0;
   int64_t gyro_bias_jumps = 0;
+  int64_t parted = 0;  // times the watchdog restarted a part of the filter
 };
 
 struct FilterState {
@@ -117,8 +121,11 @@ struct FilterState {
   SlipGate yaw_gate;       // wheels against gyro
   SlipGate forward_gate;   // wheels against accelerometer
   SlipGate sideways_gate;
-  Utime accused_until;      // vision accused the wheels; the accelerometer is asked more closely
-  double rejected_yaw = 0;  // sum of the innovations since the yaw gate rejects
+  SlipGate yaw_watch{.memory = kWatchMemory};  // likewise, where no slip is flagged
+  SlipGate way_watch{.memory = kWatchMemory};  // wheels against the filter's way as it became
+  NoiseFactor turn_noise{std::log(kTurnNoisePrior)};    // of the wheels, per angle turned
+  NoiseFactor accel_noise{std::log(kAccelNoisePrior)};  // of the way by the accelerometer
+  Utime accused_until;  // vision accused the wheels; the accelerometer is asked more closely
 
   StepCounters counters;
 };

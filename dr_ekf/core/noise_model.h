@@ -21,6 +21,17 @@ inline constexpr double kLevelingSigma = 0.05;      // m/s^2, unseen motion duri
 inline constexpr double kYawScalePrior = 0.5;
 inline constexpr double kLeastYawScale = 0.25;
 inline constexpr double kMostYawScale = 4.0;
+// Factors on the variance of the wheels' turn per angle and of the accelerometer's way, before it
+// is known what this robot is (see NoiseFactor): three and ten times the sigma.
+inline constexpr double kTurnNoisePrior = 9;
+inline constexpr double kAccelNoisePrior = 100;
+// The wheels' turn can tell of slip where the track is known this well, and is what it is said to
+// be: tyres that slide in every turn (skid steer: a factor of two) cannot.
+inline constexpr double kKnownTrackSigma = 0.1;
+inline constexpr double kOtherTrack = 0.2;
+// The watchdog compares filter and wheels over this time.
+inline constexpr double kWatchMemory = 10;  // s
+
 // Rise of the body per way on a level floor, for an accelerometer (and so "up") that is mounted
 // this much askew: about a degree.
 inline constexpr double kClimbPrior = 0.02;
@@ -86,12 +97,15 @@ inline constexpr double kVisionDelay = 0.25;  // s: VisionWitness's window and t
 // An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.
 inline constexpr double kSpeedSlack = 0.15;  // m/s
 inline constexpr double kTiltDoubt = 0.02;   // rad
-// After this time the wheels are believed again. The accelerometer knows the speed to 0.1 m/s for
-// this long; a gyro whose bias jumped must be found out sooner.
+// After this time the wheels are believed again: the accelerometer knows the speed to 0.1 m/s for
+// this long.
 inline constexpr double kMaxWayRejection = 3.0;  // s
+// A disagreement of gyro and wheels that lasts longer is no slip; what it is shows by its shape.
 inline constexpr double kMaxYawRejection = 1.0;  // s
-// A steady disagreement of gyro and wheels up to this size is a gyro bias that jumped, not slip.
-inline constexpr double kMaxBiasJump = 0.15;  // rad/s
+// A gyro's bias may jump by up to this (data sheets: offsets of 5 deg/s); still wheels and a rate
+// that is as steady as the noise for this long are a jump, not a turn.
+inline constexpr double kMaxBiasJump = 0.15;   // rad/s
+inline constexpr double kSteadyRateFor = 1.0;  // s
 
 // Plausibility of samples.
 inline constexpr double kMaxGyro = 40.0;    // rad/s: beyond the 2000 deg/s range of MEMS gyros

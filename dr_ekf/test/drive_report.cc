@@ -71,6 +71,7 @@ DriveReport RunDrive(const RealDrive& drive, const DrEkfConfig& config) {
   for (const Sample& sample : drive.samples) {
     DrFilter::Output out = Feed(filter, sample);
     report.counters = out.counters;
+    report.found.insert(report.found.end(), out.found.begin(), out.found.end());
     report.events.insert(report.events.end(), out.events.begin(), out.events.end());
     for (DrState& state : out.states) {
       report.slips += state.slip && !slip;
@@ -114,6 +115,17 @@ void PrintReport(const std::string& name, const DriveReport& r) {
       last.gyro_bias_rad_s.y(), last.gyro_bias_rad_s.z(), last.accel_bias_m_s2.x(),
       last.accel_bias_m_s2.y(), last.accel_bias_m_s2.z(), last.wheel_scale, last.way_scale_sigma,
       last.turn_scale, last.turn_scale_sigma);
+  bool slip = false;
+  for (const DrState& state : r.states) {
+    if (state.slip != slip) {
+      std::printf("    %s at %.2f s\n", state.slip ? "slip" : "over",
+                  (state.utime - r.states.front().utime).seconds());
+    }
+    slip = state.slip;
+  }
+  for (const DrDiagnosis diagnosis : r.found) {
+    std::printf("    found: %s\n", std::string(Name(diagnosis)).c_str());
+  }
 }
 
 }  // namespace gw::dr_ekf

@@ -26,6 +26,7 @@ struct DriveReport {
   std::vector<StampedPose> poses;
   DrCounters counters;
   std::vector<DrEvent> events;
+  std::vector<DrDiagnosis> found;
 
   double ape_dr = -1, ape_raw = -1;  // m; -1: no reference
   double way_dr = 0, way_raw = 0;    // m

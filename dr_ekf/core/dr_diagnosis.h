@@ -13,6 +13,7 @@ enum class DrDiagnosis {
   kAccelInG,
   kAccelWithoutGravity,
   kAccelInUnknownUnit,
+  kAccelUnfit,
   kGyroInDegrees,
   kGyroFrozen,
   kHeadingStuck,
@@ -38,6 +39,10 @@ constexpr std::string_view Text(DrDiagnosis diagnosis) {
       return "the accelerometer gives no gravity: it is not used; check its driver";
     case DrDiagnosis::kAccelInUnknownUnit:
       return "the accelerometer's gravity is not 9.8 m/s^2: it is not used; check unit and driver";
+    case DrDiagnosis::kAccelUnfit:
+      return "the accelerometer contradicts the wheels at every change of speed: it only tells "
+             "which "
+             "way is up; check its filters and where it is mounted";
     case DrDiagnosis::kGyroInDegrees:
       return "the gyro's rates are no rad/s (deg/s?): the IMU is not used; check its driver";
     case DrDiagnosis::kGyroFrozen:
@@ -72,6 +77,8 @@ constexpr std::string_view Name(DrDiagnosis diagnosis) {
       return "accel_without_gravity";
     case DrDiagnosis::kAccelInUnknownUnit:
       return "accel_in_unknown_unit";
+    case DrDiagnosis::kAccelUnfit:
+      return "accel_unfit";
     case DrDiagnosis::kGyroInDegrees:
       return "gyro_in_degrees";
     case DrDiagnosis::kGyroFrozen:

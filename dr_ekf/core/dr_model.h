@@ -105,9 +105,8 @@ class DrModel {
   // Likewise wheels whose heading does not change while they drive and the gyro turns.
   bool WheelTurnMayBeUsed(const WheelSample& sample, double own_turn, double dt,
                           FilterState& state) const;
-  // True: the wheels' turn is to be used.
-  bool AcceptYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
-
+  // Factor on the noise of the wheels' turn; 0: it is slip, and not to be used.
+  double JudgeYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
   // Over kWatchMemory without slip the turns of wheels and gyro agree as far as bias and scales are
   // known, or these are doubted.
   void WatchYaw(const YawInnovation& in, SlipGate::Interval interval, FilterState& state) const;
@@ -140,6 +139,8 @@ class DrModel {
   // minus accelerometer. excess: as SlipGate.
   SlipGate::Verdict JudgeWay(int axis, double way, const SlipGate::Interval& interval,
                              double* excess, FilterState& state) const;
+  // The accelerometer is no witness of motion, for good.
+  void FindUnfit(FilterState& state) const;
   void DoubtAccelerometer(int axis, double speed_error, FilterState& state) const;
 
   DrEkfConfig config_;

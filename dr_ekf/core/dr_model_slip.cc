@@ -35,12 +35,17 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interv
   const bool was_rejecting = gate.rejecting;
   const SlipGate::Verdict verdict = gate.Judge(judged, share * config_.gate_sigma, excess);
   if (verdict == SlipGate::Verdict::kAgrees) return verdict;
+  if (state.accel_unfit) return SlipGate::Verdict::kOutlier;  // it accuses nobody
   ++state.counters.gated_wheel_way;
   if (verdict == SlipGate::Verdict::kOutlier) return verdict;
   FlagSlip(state.utime, 0, state);
   const double wheel_speed = way / interval.dt;
   const double own_speed = (way - interval.innovation) / interval.dt;
-  if (!was_rejecting) gate.speed_before = own_speed;
+  if (!was_rejecting) {
+    gate.speed_before = own_speed;
+    state.recent_slips += 1;
+    if (state.recent_slips > kMostSlips) FindUnfit(state);
+  }
   // Tyres pull the robot toward the wheels' speed or let it stop: its speed lies between rest, what
   // it was, and the wheels'. An accelerometer that says otherwise is the one that is wrong.
   const auto [slowest, fastest] = std::minmax({0.0, wheel_speed, gate.speed_before});
@@ -50,6 +55,18 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interv
     DoubtAccelerometer(axis, interval.innovation / interval.dt, state);
   }
   return verdict;
+}
+
+void DrModel::FindUnfit(FilterState& state) const {
+  if (state.accel_unfit) return;
+  state.accel_unfit = true;
+  // What it has told of the wheels' scale is void.
+  state.wheel_scale = 1;
+  state.P.row(kWheelScale).setZero();
+  state.P.col(kWheelScale).setZero();
+  state.P(kWheelScale, kWheelScale) = Square(config_.wheel_scale_sigma);
+  state.forward_gate = state.sideways_gate = {};
+  DoubtAccelerometer(0, kSpeedSlack, state);
 }
 
 void DrModel::DoubtAccelerometer(int axis, double speed_error, FilterState& state) const {

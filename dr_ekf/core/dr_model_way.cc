@@ -90,7 +90,7 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   for (const int axis : {0, 1}) {
     SlipGate::Interval interval;
     interval.innovation = in.residual[axis];
-    interval.variance = own(axis, axis) + in.noise[axis];
+    interval.variance = state.accel_noise.value() * own(axis, axis) + in.noise[axis];
     interval.sum_error = axis == 0 ? sums : 0;
     interval.least = axis == 0 ? LargestTimeError(0, in.dt, state) : 0;
     interval.utime = state.utime;
@@ -114,7 +114,12 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   }
   if (!state.forward_gate.rejecting) state.accel_noise.Add(state.forward_gate.normalised, in.dt);
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
+  const double scale_before = state.wheel_scale;
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
+  if (state.accel_unfit) state.wheel_scale = scale_before;
+  if (std::abs(state.wheel_scale - 1) > kMostScaleSigmas * config_.wheel_scale_sigma) {
+    FindUnfit(state);
+  }
 }
 
 void DrModel::DefineWay(const WheelSample& sample, WayInnovation in, FilterState& state) const {

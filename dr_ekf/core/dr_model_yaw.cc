@@ -100,8 +100,9 @@ void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
     return;
   }
   if (!WheelTurnMayBeUsed(sample, in.measured - in.residual, in.dt, state)) return;
-  if (!AcceptYaw(sample, in, state)) return;
-  const double noise = state.slip ? in.noise * kSlipVarianceFactor : in.noise;
+  const double factor = JudgeYaw(sample, in, state);
+  if (factor <= 0) return;
+  const double noise = in.noise * factor * (state.slip ? kSlipVarianceFactor : 1.0);
   const double known = state.new_sum[1] - state.clone_sum[1];
   Update<1>(in.H, Scalar(in.residual - known), Scalar(noise), PoseUpdate::kCorrect, state);
 }
@@ -142,8 +143,8 @@ void DrModel::DefineYaw(const WheelSample& sample, const YawInnovation& in,
   state.w_OS_S = Eigen::Vector3d(0, 0, yaw / in.dt);
 }
 
-bool DrModel::AcceptYaw(const WheelSample& sample, const YawInnovation& in,
-                        FilterState& state) const {
+double DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation& in,
+                         FilterState& state) const {
   SlipGate::Interval interval;
   interval.innovation = in.residual;
   interval.variance = in.noise + in.predicted;
@@ -162,22 +163,22 @@ bool DrModel::AcceptYaw(const WheelSample& sample, const YawInnovation& in,
   }
   if (verdict == SlipGate::Verdict::kAgrees) {
     if (!state.slip) WatchYaw(in, interval, state);
-    return true;
+    return 1;
   }
   ++state.counters.gated_wheel_yaw;
-  if (!track_known) return false;
+  if (!track_known) return excess;
   if (verdict == SlipGate::Verdict::kOutlier) {
     // A sum that is off now. What is off for good shows in the next ones.
     state.P(kNewSum + 1, kNewSum + 1) += (excess - 1) * (interval.variance + interval.sum_error);
-    return true;
+    return 1;
   }
   if (sample.utime - state.yaw_gate.rejecting_since > DurationFromSeconds(kMaxYawRejection)) {
     state.yaw_gate = {};
     DoubtTurn(in, state);
-    return true;
+    return 1;
   }
   FlagSlip(sample.utime, TrackSpeed(in.residual, in.dt), state);
-  return false;
+  return 0;
 }
 
 void DrModel::WatchYaw(const YawInnovation& in, SlipGate::Interval interval,

@@ -94,6 +94,11 @@ inline constexpr double kLeastSlide = 0.03;     // m
 inline constexpr double kAccusedShare = 0.75;
 inline constexpr double kVisionAcquitsAfter = 0.3;  // s of rejection
 inline constexpr double kVisionDelay = 0.25;  // s: VisionWitness's window and the way of an image
+// An accelerometer that wants wheels of another size than their prior allows (sigmas), or finds
+// slip this often, is the one that is wrong: filtered, late, not where it is said to be.
+inline constexpr double kMostScaleSigmas = 3;
+inline constexpr double kMostSlips = 2.5;
+inline constexpr double kSlipsMemory = 20;  // s
 // An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.
 inline constexpr double kSpeedSlack = 0.15;  // m/s
 inline constexpr double kTiltDoubt = 0.02;   // rad

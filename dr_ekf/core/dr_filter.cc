@@ -13,10 +13,11 @@ namespace {
 
 constexpr DurationUs kMaxJump = Milliseconds(1000);  // ahead of everything seen so far
 constexpr DurationUs kBeginSlack =
-    Milliseconds(1);  // interval begins are snapped to the end before
-constexpr DurationUs kMaxWheelInterval = Milliseconds(1000);
+    Milliseconds(1);                             // interval begins are snapped to the end before
 constexpr int64_t kMaxUtime = int64_t{1} << 61;  // differences of times cannot overflow
-constexpr int kLateBeforeRestart = 50;           // a clock that was set back, not a late packet
+// A clock that was set back, not a late packet: all samples, for this long of their own time.
+constexpr DurationUs kLateBeforeRestart = Milliseconds(500);
+constexpr int kLateSamples = 3;
 
 bool IsUsable(Utime utime) {
   return utime.us > -kMaxUtime && utime.us < kMaxUtime;
@@ -25,7 +26,11 @@ bool IsUsable(Utime utime) {
 }  // namespace
 
 DrFilter::DrFilter(const DrEkfConfig& config, const Calibration& calibration)
-    : config_(config), calibration_(calibration), model_(config, calibration) {}
+    : config_(config),
+      calibration_(calibration),
+      model_(config, calibration),
+      chain_(config, DurationFromSeconds(1 / calibration.wheel.rate_hz)),
+      imu_check_(calibration.imu) {}
 
 Result<DrFilter> DrFilter::Create(const DrEkfConfig& config, const Calibration& calibration) {
   if (!calibration.imu.present && !calibration.wheel.present) {
@@ -48,8 +53,38 @@ bool DrFilter::CheckTime(Utime begin, Utime utime, std::optional<Utime>& suspect
     return false;
   }
   suspect.reset();
+  Find(DrDiagnosis::kTimeJumpedAhead);
   Restart(begin);
   return true;
+}
+
+bool DrFilter::TakeLate(Utime begin, Utime utime) {
+  ++counters_.rejected_late;
+  if (consecutive_late_ == 0 || utime < late_since_) {
+    consecutive_late_ = 0;
+    late_since_ = utime;
+  }
+  if (++consecutive_late_ < kLateSamples || utime - late_since_ < kLateBeforeRestart) return false;
+  --counters_.rejected_late;
+  Find(DrDiagnosis::kTimeWentBack);
+  Restart(begin);
+  return true;
+}
+
+void DrFilter::Find(DrDiagnosis diagnosis) {
+  found_.push_back(diagnosis);
+}
+
+void DrFilter::FindInState(const FilterState& state) {
+  const auto once = [this](bool is, DrDiagnosis diagnosis) {
+    if (is && found_in_state_.insert(diagnosis).second) Find(diagnosis);
+  };
+  once(state.heading_stuck, DrDiagnosis::kHeadingStuck);
+  once(state.accel_unfit, DrDiagnosis::kAccelUnfit);
+  once(state.wheel_turn_stuck, DrDiagnosis::kWheelTurnStuck);
+  once(std::abs(state.yaw_scale - 1) > kOtherTrack &&
+           state.P(kYawScale, kYawScale) < kKnownTrackSigma * kKnownTrackSigma,
+       DrDiagnosis::kTrackIsOther);
 }
 
 void DrFilter::Restart(Utime utime) {
@@ -59,6 +94,8 @@ void DrFilter::Restart(Utime utime) {
   history_.push_back(std::move(base));
   vision_.Clear();
   consecutive_late_ = 0;
+  suspect_imu_.reset();
+  suspect_wheel_.reset();
 }
 
 std::optional<size_t> DrFilter::Insert(Event event) {
@@ -110,15 +147,19 @@ DrFilter::Output DrFilter::Push(const ImuSample& raw) {
   }
   if (!sample.has_accel) sample.a_I_m_s2.setZero();
   sample.utime = sample.utime - DurationFromSeconds(calibration_.imu.time_offset_s);
+  const std::optional<ImuSample> checked = imu_check_.Take(sample);
+  if (!checked) {
+    ++counters_.rejected_invalid;
+    return Finish(false);
+  }
+  sample = *checked;
   if (!CheckTime(sample.utime, sample.utime, suspect_imu_)) return Finish(false);
   if (history_.empty()) {
     history_.push_back(
         {{sample.utime - DurationUs{1}, WheelBegin{}}, model_.Initial(sample.utime)});
   }
-  if (sample.utime <= history_.front().event.utime) {
-    ++counters_.rejected_late;
-    if (++consecutive_late_ < kLateBeforeRestart) return Finish(false);
-    Restart(sample.utime);
+  if (sample.utime <= history_.front().event.utime && !TakeLate(sample.utime, sample.utime)) {
+    return Finish(false);
   }
   const bool newest = sample.utime >= history_.back().after.utime;
   const std::optional<size_t> index = Insert({sample.utime, sample});
@@ -145,29 +186,57 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
   const DurationUs offset = DurationFromSeconds(calibration_.wheel.time_offset_s);
   sample.utime = sample.utime - offset;
   sample.utime_begin = sample.utime_begin - offset;
+  const bool imu_was_usable = imu_check_.usable();
+  imu_check_.Take(sample);
+  const WheelChain::Link link = chain_.Add(sample);
+  if (link.fate == WheelChain::Fate::kAbsurd) {
+    ++counters_.rejected_absurd;
+    return Finish(false);
+  }
+  if (link.fate == WheelChain::Fate::kWaits) {
+    ++counters_.wheel_used;
+    ++counters_.wheels_waited;
+    return Finish(false);
+  }
+  sample = link.interval;
   if (sample.utime_begin >= sample.utime) {
     ++counters_.rejected_non_monotonic;
     return Finish(false);
   }
-  const double dt = (sample.utime - sample.utime_begin).seconds();
-  if (std::hypot(sample.dx_m, sample.dy_m) > config_.max_speed_m_s * dt ||
-      std::abs(sample.dyaw_rad) > config_.max_yaw_rate_deg_s * kRadPerDeg * dt ||
-      sample.utime - sample.utime_begin > kMaxWheelInterval) {
-    ++counters_.rejected_absurd;
+  // What the IMU did to the filter so far is not to be trusted either.
+  if (imu_was_usable && !imu_check_.usable() && !history_.empty()) {
+    calibration_.imu.present = false;
+    model_ = DrModel(config_, calibration_);
+    Restart(sample.utime_begin);
+  }
+  // An interval that goes on where the history ends bridges the time between by itself.
+  const bool goes_on =
+      !history_.empty() && sample.utime_begin - history_.back().after.utime <= kBeginSlack;
+  if (goes_on) {
+    suspect_wheel_.reset();
+  } else if (!CheckTime(sample.utime_begin, sample.utime, suspect_wheel_)) {
     return Finish(false);
   }
-  if (!CheckTime(sample.utime_begin, sample.utime, suspect_wheel_)) return Finish(false);
   if (history_.empty()) {
     history_.push_back(
         {{sample.utime_begin - DurationUs{1}, WheelBegin{}}, model_.Initial(sample.utime_begin)});
   }
-  if (sample.utime_begin <= history_.front().event.utime) {
-    // The first interval after a start or restart reaches back before it; that alone is no loss.
-    ++counters_.rejected_late;
-    if (++consecutive_late_ < kLateBeforeRestart) return Finish(false);
-    Restart(sample.utime_begin);
+  // The first interval after a start or restart reaches back before it; that alone is no loss.
+  if (sample.utime_begin <= history_.front().event.utime &&
+      !TakeLate(sample.utime_begin, sample.utime)) {
+    return Finish(false);
   }
+  if (!InsertWheel(sample)) {
+    ++counters_.rejected_non_monotonic;
+    return Finish(false);
+  }
+  consecutive_late_ = 0;
+  ++counters_.wheel_used;
+  Apply(vision_.Push(sample, history_.back().after.wheel_scale));
+  return Finish(true);
+}
 
+bool DrFilter::InsertWheel(WheelSample sample) {
   bool begins_at_an_end = false;
   for (auto it = history_.rbegin(); it != history_.rend(); ++it) {
     const auto* other = std::get_if<WheelSample>(&it->event.sample);
@@ -177,10 +246,7 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
       sample.utime_begin = other->utime;
       begins_at_an_end = true;
     }
-    if (other->utime_begin < sample.utime && sample.utime_begin < other->utime) {
-      ++counters_.rejected_non_monotonic;
-      return Finish(false);
-    }
+    if (other->utime_begin < sample.utime && sample.utime_begin < other->utime) return false;
   }
   const bool newest = sample.utime >= history_.back().after.utime;
   size_t first = history_.size();
@@ -189,16 +255,10 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
     if (begin) first = *begin;
   }
   const std::optional<size_t> end = Insert({sample.utime, sample});
-  if (!end) {
-    ++counters_.rejected_non_monotonic;
-    return Finish(false);
-  }
-  consecutive_late_ = 0;
-  ++counters_.wheel_used;
+  if (!end) return false;
   if (!newest) ++counters_.reordered;
   ReplayFrom(std::min(first, *end));
-  Apply(vision_.Push(sample, history_.back().after.wheel_scale));
-  return Finish(true);
+  return true;
 }
 
 DrFilter::Output DrFilter::Push(const FramePose& frame) {
@@ -246,7 +306,12 @@ DrFilter::Output DrFilter::Finish(bool publish) {
     }
   }
   out.counters = counters_;
-  if (!history_.empty()) out.counters.step = history_.back().after.counters;
+  if (!history_.empty()) {
+    out.counters.step = history_.back().after.counters;
+    FindInState(history_.back().after);
+  }
+  for (const DrDiagnosis diagnosis : imu_check_.Found()) Find(diagnosis);
+  out.found = std::exchange(found_, {});
   return out;
 }
 

@@ -8,6 +8,7 @@
 
 #include <deque>
 #include <optional>
+#include <set>
 #include <variant>
 #include <vector>
 
@@ -17,8 +18,11 @@
 #include "common/contract/samples.h"
 #include "common/contract/tracking.h"
 #include "common/core/result.h"
+#include "dr_ekf/core/dr_diagnosis.h"
 #include "dr_ekf/core/dr_model.h"
+#include "dr_ekf/core/imu_check.h"
 #include "dr_ekf/core/vision_witness.h"
+#include "dr_ekf/core/wheel_chain.h"
 
 namespace gw::dr_ekf {
 
@@ -33,6 +37,8 @@ struct DrCounters {
   int64_t rejected_future = 0;         // jumped ahead, not confirmed by the next sample
   int64_t rejected_absurd = 0;         // faster than any such robot or sensor
   int64_t resets = 0;                  // continuity was lost: gap, clock step, numerical failure
+  int64_t wheels_waited = 0;  // joined the next one: stamps too close, equal or back; also used
+  int64_t parted = 0;         // the watchdog found filter and wheels apart
   StepCounters step;
 };
 
@@ -54,7 +60,8 @@ class DrFilter {
   struct Output {
     std::vector<DrState> states;  // to publish; times increase, except across a reset
     DrCounters counters;
-    std::vector<DrEvent> events;  // what changed with these states
+    std::vector<DrEvent> events;     // what changed with these states
+    std::vector<DrDiagnosis> found;  // wrong with the inputs, each once but for the clock's jumps
   };
 
   // Refuses (kBadConfig) a calibration that has neither IMU nor wheels.
@@ -90,6 +97,13 @@ class DrFilter {
   // Whether to go on with a sample of (begin, utime]; restarts after a confirmed jump ahead.
   bool CheckTime(Utime begin, Utime utime, std::optional<Utime>& suspect);
   void Restart(Utime utime);
+  // A sample older than the history. True: so are all for half a second of their own time, and the
+  // filter began anew at `begin`.
+  bool TakeLate(Utime begin, Utime utime);
+  // A wheel interval, to where it belongs. False: it repeats or overlaps one.
+  bool InsertWheel(WheelSample sample);
+  void Find(DrDiagnosis diagnosis);
+  void FindInState(const FilterState& state);
   // Puts the event in order; returns its index, or none when an equal one is there.
   std::optional<size_t> Insert(Event event);
   void ReplayFrom(size_t index);
@@ -104,7 +118,13 @@ class DrFilter {
   std::deque<Entry> history_;         // in order; the first is the base that nothing can precede
   std::optional<Utime> suspect_imu_;  // a jump ahead that waits for confirmation
   std::optional<Utime> suspect_wheel_;
+  WheelChain chain_;
+  ImuCheck imu_check_;
+  // Samples in a row that are older than the history, and the newest time before that.
   int consecutive_late_ = 0;
+  Utime late_since_;
+  std::vector<DrDiagnosis> found_;
+  std::set<DrDiagnosis> found_in_state_;
   std::optional<DrState> last_published_;
   int64_t seq_ = 0;
   DrCounters counters_;

@@ -22,6 +22,7 @@ DrModel::DrModel(const DrEkfConfig& config, const Calibration& calibration)
   T_SB_ = T_BS_.inverse();
   adj_BS_ = T_BS_.Adjoint();
   tick_m_ = 1.0 / wheel_.ticks_per_metre;
+  wheel_period_s_ = 1.0 / wheel_.rate_hz;
   imu_cover_ = std::max(DurationFromSeconds(3.0 / imu_.rate_hz), Milliseconds(40));
   imu_timeout_ = DurationFromSeconds(3.0 / imu_.rate_hz) + Milliseconds(100);
   wheel_timeout_ = DurationFromSeconds(3.0 / wheel_.rate_hz) + Milliseconds(250);
@@ -49,7 +50,9 @@ FilterState DrModel::Initial(Utime utime) const {
   }
   if (wheel_.present) {
     state.P(kWheelScale, kWheelScale) = Square(config_.wheel_scale_sigma);
-    state.P(kYawScale, kYawScale) = Square(config_.wheel_scale_sigma);
+    state.P(kYawScale, kYawScale) = Square(
+        imu_.present && config_.wheel_scale_sigma > 0 ? kYawScalePrior : config_.wheel_scale_sigma);
+    if (imu_.present && imu_.has_accel) state.P(kClimb, kClimb) = Square(kClimbPrior);
   }
   return state;
 }
@@ -65,6 +68,9 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   state.gyro_scale = before.gyro_scale;
   state.wheel_scale = before.wheel_scale;
   state.yaw_scale = before.yaw_scale;
+  state.climb = before.climb;
+  state.stamp_error = before.stamp_error;
+  state.stamp_error.Break();
   state.aligned = before.aligned;
   state.P.block<6, 6>(kPose, kPose) = before.P.block<6, 6>(kPose, kPose);
   // Unknown motion: it may be anywhere near and face anywhere.
@@ -82,6 +88,7 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   state.P.block<3, 3>(kGyroScale, kGyroScale) = gyro_scale;
   state.P(kWheelScale, kWheelScale) = before.P(kWheelScale, kWheelScale);
   state.P(kYawScale, kYawScale) = before.P(kYawScale, kYawScale);
+  state.P(kClimb, kClimb) = before.P(kClimb, kClimb);
   return state;
 }
 
@@ -134,6 +141,9 @@ void DrModel::ApplyImu(const ImuSample& imu, FilterState& state) const {
 
 void DrModel::ApplyWheelBegin(Utime utime, FilterState& state) const {
   PropagateTo(utime, nullptr, state);
+  if (state.has_clone && state.clone_utime == utime) return;  // an interval has ended here
+  state.stamp_error.Break();
+  BeginSum(SumCovariance(false, state), state);
   ClonePose(utime, state);
 }
 
@@ -157,8 +167,11 @@ void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   state.has_wheel = true;
   state.wheel_utime = sample.utime;
   if (!state.stationary && state.has_clone && state.clone_utime == sample.utime_begin) {
+    BeginSum(SumCovariance(sample.has_ticks, state), state);
     UpdateYaw(sample, state);
     UpdateWay(sample, state);
+  } else {
+    state.stamp_error.Break();
   }
   state.has_heading = sample.has_heading;
   state.heading = sample.heading_rad;

@@ -12,6 +12,7 @@
 #include "common/contract/dead_reckoning.h"
 #include "common/contract/samples.h"
 #include "dr_ekf/core/filter_state.h"
+#include "dr_ekf/core/slip_gate.h"
 #include "dr_ekf/core/vision_witness.h"
 
 namespace gw::dr_ekf {
@@ -69,8 +70,6 @@ class DrModel {
 
   // dr_model_wheels.cc
   void ApplySpeedPrior(double dt, FilterState& state) const;
-  void UpdateYaw(const WheelSample& sample, FilterState& state) const;
-  void UpdateWay(const WheelSample& sample, FilterState& state) const;
   // Motion of B since the clone.
   SE3 MotionSinceClone(const FilterState& state) const;
   double WayVariance(double way) const;
@@ -78,16 +77,70 @@ class DrModel {
   double SideVariance(double way, double turn) const;
   double WheelYawVariance(double way, double yaw) const;
   double TrackSpeed(double yaw, double dt) const;
+  // Speed and turn rate of B now.
+  Eigen::Vector2d Speeds(const FilterState& state) const;
+  // Of the errors of the sums of one sample: time error, quantisation.
+  Eigen::Matrix2d SumCovariance(bool has_ticks, const FilterState& state) const;
+  // Largest error of a sum (0: way, 1: turn) that stamps in the right order can make, twice.
+  double LargestTimeError(int sum, double dt, const FilterState& state) const;
+
+  // dr_model_yaw.cc
+  // Of one wheel interval against the motion of the filter since the clone.
+  struct YawInnovation {
+    Eigen::Matrix<double, 1, kErrorSize> H;
+    double measured = 0;   // rad, true turn by the wheels
+    double residual = 0;   // rad, wheels minus filter, without the errors of the sums
+    double turn = 0;       // rad, in the wheels' units: sensitivity to their scale
+    double predicted = 0;  // rad^2, of the filter's own turn
+    double noise = 0;      // rad^2, of the wheels' turn, without the errors of the sums
+    double dt = 0;
+  };
+  void UpdateYaw(const WheelSample& sample, FilterState& state) const;
+  YawInnovation InnovateYaw(const WheelSample& sample, const FilterState& state) const;
+  void DefineYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
+  // Of the wheels' turn, beyond what the configuration says: see NoiseFactor.
+  double ExtraTurnVariance(double turn, double wheel_turn, const FilterState& state) const;
+  // A heading that does not change while the wheels turn is not believed.
+  bool HeadingMayBeUsed(const WheelSample& sample, FilterState& state) const;
+  // Likewise wheels whose heading does not change while they drive and the gyro turns.
+  bool WheelTurnMayBeUsed(const WheelSample& sample, double own_turn, double dt,
+                          FilterState& state) const;
+  // Factor on the noise of the wheels' turn; 0: it is slip, and not to be used.
+  double JudgeYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
+  // Over kWatchMemory without slip the turns of wheels and gyro agree as far as bias and scales are
+  // known, or these are doubted.
+  void WatchYaw(const YawInnovation& in, SlipGate::Interval interval, FilterState& state) const;
+  void DoubtTurn(const YawInnovation& in, FilterState& state) const;
+
+  // dr_model_way.cc
+  struct WayInnovation {
+    Eigen::Matrix<double, 3, kErrorSize> H;
+    Eigen::Vector3d way = Eigen::Vector3d::Zero();  // m, true way by the wheels, heading halfway
+    Eigen::Vector3d residual = Eigen::Vector3d::Zero();  // m, without the errors of the sums
+    Eigen::Vector3d noise = Eigen::Vector3d::Zero();     // m^2, likewise
+    Eigen::Vector3d measured = Eigen::Vector3d::Zero();  // m, in the wheels' units
+    double dt = 0;
+  };
+  void UpdateWay(const WheelSample& sample, FilterState& state) const;
+  WayInnovation InnovateWay(const WheelSample& sample, const FilterState& state) const;
+  void CorrectWay(WayInnovation in, FilterState& state) const;
+  void DefineWay(const WheelSample& sample, WayInnovation in, FilterState& state) const;
+
+  // dr_model_floor.cc
+  // The height of a robot on a floor, over the wheel interval that ends now.
+  void UpdateHeight(double way, FilterState& state) const;
 
   // dr_model_slip.cc
   // speed_doubt: m/s, how wrong the wheels' speed may be where nothing else measures it.
   void FlagSlip(Utime utime, double speed_doubt, FilterState& state) const;
   void EndSlip(FilterState& state) const;
   bool HasAccelerometer(const FilterState& state) const;
-  // Whether the wheels' way along an axis (0 or 1) of B is to be used. innovation: wheels minus
-  // accelerometer over the interval that ends now, variance: what the filter expects of it.
-  bool AcceptWay(int axis, double way, double innovation, double variance, double dt,
-                 FilterState& state) const;
+  // Judges the wheels' way along an axis (0 or 1) of B over the interval that ends now: wheels
+  // minus accelerometer. excess: as SlipGate.
+  SlipGate::Verdict JudgeWay(int axis, double way, const SlipGate::Interval& interval,
+                             double* excess, FilterState& state) const;
+  // The accelerometer is no witness of motion, for good.
+  void FindUnfit(FilterState& state) const;
   void DoubtAccelerometer(int axis, double speed_error, FilterState& state) const;
 
   DrEkfConfig config_;
@@ -98,6 +151,7 @@ class DrModel {
   SE3 T_SB_;
   Matrix6d adj_BS_;  // carries perturbations of T_OS to T_OB
   double tick_m_ = 0;
+  double wheel_period_s_ = 0;
   DurationUs imu_cover_;  // one IMU sample speaks for at most this long
   DurationUs imu_timeout_;
   DurationUs wheel_timeout_;

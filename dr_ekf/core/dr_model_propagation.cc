@@ -45,6 +45,7 @@ void DrModel::PropagateTo(Utime utime, const ImuSample* imu, FilterState& state)
   if (utime <= state.utime) return;
   const double dt = (utime - state.utime).seconds();
   state.correction_rate *= std::exp(-dt / kCorrectionMemory);
+  state.recent_slips *= std::exp(-dt / kSlipsMemory);
   if (state.stationary) {
     Hold(dt, state);
   } else {
@@ -134,7 +135,8 @@ void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const
   if (!state.aligned) turn.head<2>().setConstant(2 * Square(kFloorTilt) * tilt_rate);
   density = G * turn.asDiagonal() * G.transpose();
   if (rates.accel) {
-    density.diagonal().segment<3>(kVelocity).array() += Square(imu_.accel_noise);
+    density.diagonal().segment<3>(kVelocity).array() +=
+        (state.accel_unfit ? NoiseFactor::kMost : 1.0) * Square(imu_.accel_noise);
   } else {
     const double side = SideVariance(v.norm(), w.z()) / Square(kLateralCorrelation);
     density.diagonal().segment<3>(kVelocity) +=

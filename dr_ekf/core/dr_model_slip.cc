@@ -25,31 +25,48 @@ bool DrModel::HasAccelerometer(const FilterState& state) const {
   return ImuAlive(state) && state.imu_has_accel && state.aligned;
 }
 
-bool DrModel::AcceptWay(int axis, double way, double innovation, double variance, double dt,
-                        FilterState& state) const {
+SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interval& interval,
+                                    double* excess, FilterState& state) const {
   SlipGate& gate = axis == 0 ? state.forward_gate : state.sideways_gate;
   const bool accused = axis == 0 && state.utime <= state.accused_until;
   const double share = accused ? kAccusedShare : 1.0;
-  const double least = axis == 0 ? kLeastSlip : kLeastSlide;
+  SlipGate::Interval judged = interval;
+  judged.least = share * std::max(judged.least, axis == 0 ? kLeastSlip : kLeastSlide);
   const bool was_rejecting = gate.rejecting;
-  const double excess =
-      gate.Judge(innovation, variance, share * config_.gate_sigma, share * least, state.utime, dt);
-  if (excess <= 1) return true;
+  const SlipGate::Verdict verdict = gate.Judge(judged, share * config_.gate_sigma, excess);
+  if (verdict == SlipGate::Verdict::kAgrees) return verdict;
+  if (state.accel_unfit) return SlipGate::Verdict::kOutlier;  // it accuses nobody
   ++state.counters.gated_wheel_way;
-  if (!gate.rejecting) return false;  // an outlier
+  if (verdict == SlipGate::Verdict::kOutlier) return verdict;
   FlagSlip(state.utime, 0, state);
-  const double wheel_speed = way / dt;
-  const double own_speed = (way - innovation) / dt;
-  if (!was_rejecting) gate.speed_before = own_speed;
+  const double wheel_speed = way / interval.dt;
+  const double own_speed = (way - interval.innovation) / interval.dt;
+  if (!was_rejecting) {
+    gate.speed_before = own_speed;
+    state.recent_slips += 1;
+    if (state.recent_slips > kMostSlips) FindUnfit(state);
+  }
   // Tyres pull the robot toward the wheels' speed or let it stop: its speed lies between rest, what
   // it was, and the wheels'. An accelerometer that says otherwise is the one that is wrong.
   const auto [slowest, fastest] = std::minmax({0.0, wheel_speed, gate.speed_before});
   const bool impossible =
       axis == 0 && (own_speed < slowest - kSpeedSlack || own_speed > fastest + kSpeedSlack);
   if (impossible || state.utime - gate.rejecting_since > DurationFromSeconds(kMaxWayRejection)) {
-    DoubtAccelerometer(axis, innovation / dt, state);
+    DoubtAccelerometer(axis, interval.innovation / interval.dt, state);
   }
-  return false;
+  return verdict;
+}
+
+void DrModel::FindUnfit(FilterState& state) const {
+  if (state.accel_unfit) return;
+  state.accel_unfit = true;
+  // What it has told of the wheels' scale is void.
+  state.wheel_scale = 1;
+  state.P.row(kWheelScale).setZero();
+  state.P.col(kWheelScale).setZero();
+  state.P(kWheelScale, kWheelScale) = Square(config_.wheel_scale_sigma);
+  state.forward_gate = state.sideways_gate = {};
+  DoubtAccelerometer(0, kSpeedSlack, state);
 }
 
 void DrModel::DoubtAccelerometer(int axis, double speed_error, FilterState& state) const {

@@ -1,4 +1,5 @@
 // DrModel: whether the robot stands still, and what a still robot tells of its biases.
+#include <algorithm>
 #include <cmath>
 
 #include "dr_ekf/core/dr_model.h"
@@ -58,6 +59,14 @@ void DrModel::UpdateStationary(Utime utime, FilterState& state) const {
     const double bias_sigma = std::sqrt(state.P.diagonal().segment<3>(kGyroBias).maxCoeff());
     const double rate = (state.gyro_reference - R_BI_ * state.gyro_bias).norm();
     now = utime - state.imu_still_since >= wait && rate < config_.gate_sigma * bias_sigma + 0.01;
+    // A rate that is steady for longer is a bias that jumped: hands and carpets turn unevenly.
+    if (!now && rate < kMaxBiasJump &&
+        utime - std::max(state.imu_still_since, state.wheel_still_since) >=
+            DurationFromSeconds(kSteadyRateFor)) {
+      now = true;
+      ++state.counters.gyro_bias_jumps;
+      state.P.diagonal().segment<3>(kGyroBias).array() += Square(rate);
+    }
   }
   if (now == state.stationary) return;
   state.stationary = now;

@@ -52,7 +52,9 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   Eigen::Matrix<double, kErrorSize, kRows> K = S.ldlt().solve(PHt.transpose()).transpose();
   if (hold) {
     K.template topRows<9>().setZero();
-    K.template bottomRows<6>().setZero();
+    K.template bottomRows<kErrorSize - kClone>().setZero();
+  } else if (mode == PoseUpdate::kDefine) {
+    K.template middleRows<kClone - kGyroBias>(kGyroBias).setZero();
   } else if (state.has_clone) {
     KeepThePast<kRows>(state, &K);
   }
@@ -73,13 +75,16 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
     MovePose(d.segment<6>(kPose), kPose, &state.T_OS, state);
     MovePose(d.segment<6>(kClone), kClone, &state.T_OS_clone, state);
     state.v_OS_S += d.segment<3>(kVelocity);
+    state.clone_sum += d.segment<2>(kCloneSum);
+    state.new_sum += d.segment<2>(kNewSum);
   }
   state.gyro_bias += d.segment<3>(kGyroBias);
   state.accel_bias += d.segment<3>(kAccelBias);
   // Far outside the prior the linear model means nothing; the bounds keep hostile data harmless.
   state.gyro_scale = (state.gyro_scale + d.segment<3>(kGyroScale)).cwiseMax(0.8).cwiseMin(1.2);
   state.wheel_scale = std::clamp(state.wheel_scale + d[kWheelScale], 0.5, 2.0);
-  state.yaw_scale = std::clamp(state.yaw_scale + d[kYawScale], 0.5, 2.0);
+  state.yaw_scale = std::clamp(state.yaw_scale + d[kYawScale], kLeastYawScale, kMostYawScale);
+  state.climb = std::clamp(state.climb + d[kClimb], -0.2, 0.2);
 }
 
 template void Update<1>(const Eigen::Matrix<double, 1, kErrorSize>&,
@@ -97,6 +102,14 @@ void ApplyTransition(const TopTransition& F, FilterState& state) {
   state.transition.topRows<9>() = moved;
 }
 
+void BeginSum(const Eigen::Matrix2d& cov, FilterState& state) {
+  state.new_sum.setZero();
+  state.P.middleRows<2>(kNewSum).setZero();
+  state.P.middleCols<2>(kNewSum).setZero();
+  state.P.block<2, 2>(kNewSum, kNewSum) = cov;
+  state.transition.middleRows<2>(kNewSum).setZero();
+}
+
 void ClonePose(Utime utime, FilterState& state) {
   state.T_OS_clone = state.T_OS;
   state.clone_utime = utime;
@@ -106,6 +119,11 @@ void ClonePose(Utime utime, FilterState& state) {
   state.P.middleRows<6>(kClone) = state.P.middleRows<6>(kPose).eval();
   state.P.middleCols<6>(kClone) = state.P.middleCols<6>(kPose).eval();
   state.transition.middleRows<6>(kClone) = state.transition.middleRows<6>(kPose).eval();
+  state.clone_sum = state.new_sum;
+  state.P.middleRows<2>(kCloneSum) = state.P.middleRows<2>(kNewSum).eval();
+  state.P.middleCols<2>(kCloneSum) = state.P.middleCols<2>(kNewSum).eval();
+  state.transition.middleRows<2>(kCloneSum) = state.transition.middleRows<2>(kNewSum).eval();
+  BeginSum(Eigen::Matrix2d::Zero(), state);
 }
 
 }  // namespace gw::dr_ekf

@@ -24,10 +24,10 @@ inline double WrapAngle(double a) {
 
 // What an update may do to the pose.
 enum class PoseUpdate {
-  kCorrect,     // the pose was estimated without this measurement, which corrects it
-  kDefineWay,   // the measurement is the way: what it does to the place is no correction
-  kDefineTurn,  // the measurement is the motion, in full
-  kHold,        // pose and velocity do not move (Schmidt's consider update), P stays honest
+  kCorrect,    // the pose was estimated without this measurement, which corrects it
+  kDefineWay,  // the measurement is the way: what it does to the place is no correction
+  kDefine,     // the measurement is the motion, in full, and parameters learn nothing from it
+  kHold,       // pose and velocity do not move (Schmidt's consider update), P stays honest
 };
 
 // One Kalman update with innovation = H * error + noise of covariance R. Rows: 1 or 3.
@@ -41,7 +41,11 @@ using TopTransition = Eigen::Matrix<double, 9, kClone>;
 
 void ApplyTransition(const TopTransition& F, FilterState& state);
 
-// A wheel interval begins: its pose stays in the state until the next one.
+// The sums of a new wheel sample: their errors are unknown to the state, with this covariance.
+void BeginSum(const Eigen::Matrix2d& cov, FilterState& state);
+
+// A wheel interval begins: its pose, and the errors of its sample's sums, stay in the state until
+// the next one.
 void ClonePose(Utime utime, FilterState& state);
 
 }  // namespace gw::dr_ekf

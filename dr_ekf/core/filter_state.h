@@ -4,11 +4,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 
 #include "common/core/se3.h"
 #include "common/core/time.h"
+#include "dr_ekf/core/noise_factor.h"
+#include "dr_ekf/core/noise_model.h"
 #include "dr_ekf/core/slip_gate.h"
+#include "dr_ekf/core/stamp_error.h"
 
 namespace gw::dr_ekf {
 
@@ -22,8 +26,13 @@ inline constexpr int kAccelBias = 12;   // 3: in I
 inline constexpr int kWheelScale = 15;  // 1: true way / measured way
 inline constexpr int kYawScale = 16;    // 1: true / measured yaw of the wheels
 inline constexpr int kGyroScale = 17;   // 3: in I, true / measured rate
-inline constexpr int kClone = 20;       // 6
-inline constexpr int kErrorSize = 26;
+inline constexpr int kClimb = 20;       // 1: rise of B per way driven, from a tilted mounting
+inline constexpr int kClone = 21;       // 6
+// Errors of the wheels' sums, way (m) and turn (rad): what a sum is off for as long as its sample
+// is the newest (time error of the stamp, quantisation), but not for good.
+inline constexpr int kCloneSum = 27;  // 2: of the sample at the clone
+inline constexpr int kNewSum = 29;    // 2: of the sample that is being used
+inline constexpr int kErrorSize = 31;
 using ErrorVector = Eigen::Matrix<double, kErrorSize, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 
@@ -35,6 +44,7 @@ struct StepCounters {
   int64_t wheel_drops = 0;
   int64_t slips = 0;
   int64_t gyro_bias_jumps = 0;
+  int64_t parted = 0;  // times the watchdog restarted a part of the filter
 };
 
 struct FilterState {
@@ -49,7 +59,10 @@ struct FilterState {
   Eigen::Vector3d gyro_scale = Eigen::Vector3d::Ones();
   double wheel_scale = 1.0;
   double yaw_scale = 1.0;
+  double climb = 0;
   SE3 T_OS_clone;
+  Eigen::Vector2d clone_sum = Eigen::Vector2d::Zero();  // estimated errors of the sums
+  Eigen::Vector2d new_sum = Eigen::Vector2d::Zero();
   ErrorMatrix P = ErrorMatrix::Zero();
   // Linear map of the error at the history entry before to the error here (noise aside): products
   // of it correlate the errors of two instants.
@@ -78,8 +91,13 @@ struct FilterState {
   bool has_heading = false;
   double heading = 0;
   bool heading_used = false;  // the newest wheel interval took its yaw from the base's heading
+  double turn_without_heading = 0;  // rad, of the wheels since the base's heading changed
+  bool heading_stuck = false;
+  double turn_without_wheels = 0;  // rad, of the gyro since the wheels' heading changed
+  bool wheel_turn_stuck = false;
 
-  // Gravity.
+  // Gravity and floor.
+  double floor = 0;  // m, height of the floor in O
   bool aligned = false;
   bool leveling = false;
   Utime leveling_end;
@@ -94,6 +112,8 @@ struct FilterState {
   Eigen::Vector3d gyro_reference = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_reference = Eigen::Vector3d::Zero();
 
+  StampError stamp_error;  // of the wheels' samples
+
   // Slip.
   bool slip = false;
   Utime slip_end;
@@ -101,8 +121,13 @@ struct FilterState {
   SlipGate yaw_gate;       // wheels against gyro
   SlipGate forward_gate;   // wheels against accelerometer
   SlipGate sideways_gate;
-  Utime accused_until;      // vision accused the wheels; the accelerometer is asked more closely
-  double rejected_yaw = 0;  // sum of the innovations since the yaw gate rejects
+  SlipGate yaw_watch{.memory = kWatchMemory};  // likewise, where no slip is flagged
+  SlipGate way_watch{.memory = kWatchMemory};  // wheels against the filter's way as it became
+  NoiseFactor turn_noise{std::log(kTurnNoisePrior)};    // of the wheels, per angle turned
+  NoiseFactor accel_noise{std::log(kAccelNoisePrior)};  // of the way by the accelerometer
+  bool accel_unfit = false;  // found out: it tells which way is up, not how the robot moves
+  double recent_slips = 0;   // times the accelerometer found slip, forgotten over kSlipsMemory
+  Utime accused_until;       // vision accused the wheels; the accelerometer is asked more closely
 
   StepCounters counters;
 };

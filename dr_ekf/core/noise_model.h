@@ -15,6 +15,27 @@ inline constexpr double kSidewaysSpeedPrior = 0.1;  // m/s
 inline constexpr double kTiltPrior = 0.05;          // rad: 0.5 m/s^2 of motion while levelling
 inline constexpr double kLevelingSigma = 0.05;      // m/s^2, unseen motion during levelling
 
+// Track of the base, as a factor on the turn of its wheels: a skid-steer base turns half as far as
+// its geometric track says, a wrong calibration is in there too. With a gyro this is the prior, one
+// sigma; the first turn tells. Without one the turn of the wheels is all there is.
+inline constexpr double kYawScalePrior = 0.5;
+inline constexpr double kLeastYawScale = 0.25;
+inline constexpr double kMostYawScale = 4.0;
+// Factors on the variance of the wheels' turn per angle and of the accelerometer's way, before it
+// is known what this robot is (see NoiseFactor): three and ten times the sigma.
+inline constexpr double kTurnNoisePrior = 9;
+inline constexpr double kAccelNoisePrior = 100;
+// The wheels' turn can tell of slip where the track is known this well, and is what it is said to
+// be: tyres that slide in every turn (skid steer: a factor of two) cannot.
+inline constexpr double kKnownTrackSigma = 0.1;
+inline constexpr double kOtherTrack = 0.2;
+// The watchdog compares filter and wheels over this time.
+inline constexpr double kWatchMemory = 10;  // s
+
+// Rise of the body per way on a level floor, for an accelerometer (and so "up") that is mounted
+// this much askew: about a degree.
+inline constexpr double kClimbPrior = 0.02;
+
 // The scales of wheels and gyro drift this slowly (temperature, tyre wear, payload): 0.04 % in an
 // hour.
 inline constexpr double kScaleWalk = 6e-6;  // 1/sqrt(s)
@@ -23,10 +44,13 @@ inline constexpr double kScaleWalk = 6e-6;  // 1/sqrt(s)
 // velocity stays for about this long.
 inline constexpr double kLateralCorrelation = 0.1;  // s
 
-// Without an accelerometer the robot is taken to stand flat. How far a floor is from that: roll and
-// pitch wander around zero with this sigma, and forget over this way.
+// A floor. Without an accelerometer the robot is taken to stand flat; with one its height is taken
+// to wander no more than such a floor does. How far a floor is from flat: roll and pitch wander
+// around zero with this sigma, and forget over this way.
 inline constexpr double kFloorTilt = 0.01;    // rad
 inline constexpr double kFloorTiltWay = 1.0;  // m
+// Height of a floor around its level: twice what DIN 18202 allows over 15 m. More is a ramp.
+inline constexpr double kFloorHeight = 0.03;  // m
 
 // Motion that no sensor measures (wheels lost without accelerometer; gyro lost without wheels): a
 // velocity that wanders around zero with this sigma and this memory.
@@ -70,15 +94,23 @@ inline constexpr double kLeastSlide = 0.03;     // m
 inline constexpr double kAccusedShare = 0.75;
 inline constexpr double kVisionAcquitsAfter = 0.3;  // s of rejection
 inline constexpr double kVisionDelay = 0.25;  // s: VisionWitness's window and the way of an image
+// An accelerometer that wants wheels of another size than their prior allows (sigmas), or finds
+// slip this often, is the one that is wrong: filtered, late, not where it is said to be.
+inline constexpr double kMostScaleSigmas = 3;
+inline constexpr double kMostSlips = 2.5;
+inline constexpr double kSlipsMemory = 20;  // s
 // An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.
 inline constexpr double kSpeedSlack = 0.15;  // m/s
 inline constexpr double kTiltDoubt = 0.02;   // rad
-// After this time the wheels are believed again. The accelerometer knows the speed to 0.1 m/s for
-// this long; a gyro whose bias jumped must be found out sooner.
+// After this time the wheels are believed again: the accelerometer knows the speed to 0.1 m/s for
+// this long.
 inline constexpr double kMaxWayRejection = 3.0;  // s
+// A disagreement of gyro and wheels that lasts longer is no slip; what it is shows by its shape.
 inline constexpr double kMaxYawRejection = 1.0;  // s
-// A steady disagreement of gyro and wheels up to this size is a gyro bias that jumped, not slip.
-inline constexpr double kMaxBiasJump = 0.15;  // rad/s
+// A gyro's bias may jump by up to this (data sheets: offsets of 5 deg/s); still wheels and a rate
+// that is as steady as the noise for this long are a jump, not a turn.
+inline constexpr double kMaxBiasJump = 0.15;   // rad/s
+inline constexpr double kSteadyRateFor = 1.0;  // s
 
 // Plausibility of samples.
 inline constexpr double kMaxGyro = 40.0;    // rad/s: beyond the 2000 deg/s range of MEMS gyros

@@ -1,0 +1,98 @@
+// What the DR filter found wrong with its inputs, by name (docs/adr/0018-who-is-wrong.md).
+#pragma once
+
+#include <string_view>
+
+namespace gw::dr_ekf {
+
+enum class DrDiagnosis {
+  kTimeWentBack,
+  kTimeJumpedAhead,
+  kImuOnAnotherClock,
+  kImuStampsRepeat,
+  kAccelInG,
+  kAccelWithoutGravity,
+  kAccelInUnknownUnit,
+  kAccelUnfit,
+  kGyroInDegrees,
+  kGyroFrozen,
+  kHeadingStuck,
+  kWheelTurnStuck,
+  kTrackIsOther,
+  kParted,
+};
+
+// One plain English sentence for HEALTH: what is wrong, what was done, what to check.
+constexpr std::string_view Text(DrDiagnosis diagnosis) {
+  switch (diagnosis) {
+    case DrDiagnosis::kTimeWentBack:
+      return "time went back: dead reckoning began anew; check who sets the clock";
+    case DrDiagnosis::kTimeJumpedAhead:
+      return "time jumped ahead: dead reckoning began anew; check who sets the clock";
+    case DrDiagnosis::kImuOnAnotherClock:
+      return "the IMU's clock is not that of the wheels: the IMU is not used; check its stamps";
+    case DrDiagnosis::kImuStampsRepeat:
+      return "the IMU's stamps stand still: the IMU is not used while they do; check its driver";
+    case DrDiagnosis::kAccelInG:
+      return "the accelerometer gives g: scaled to m/s^2; check its driver";
+    case DrDiagnosis::kAccelWithoutGravity:
+      return "the accelerometer gives no gravity: it is not used; check its driver";
+    case DrDiagnosis::kAccelInUnknownUnit:
+      return "the accelerometer's gravity is not 9.8 m/s^2: it is not used; check unit and driver";
+    case DrDiagnosis::kAccelUnfit:
+      return "the accelerometer contradicts the wheels at every change of speed: it only tells "
+             "which "
+             "way is up; check its filters and where it is mounted";
+    case DrDiagnosis::kGyroInDegrees:
+      return "the gyro's rates are no rad/s (deg/s?): the IMU is not used; check its driver";
+    case DrDiagnosis::kGyroFrozen:
+      return "the gyro's values do not change while the wheels turn: the IMU is not used";
+    case DrDiagnosis::kHeadingStuck:
+      return "the base's heading does not change while its wheels turn: it is not used";
+    case DrDiagnosis::kWheelTurnStuck:
+      return "the gyro turns and the wheels' heading does not: their turn is not used";
+    case DrDiagnosis::kTrackIsOther:
+      return "the base turns by another factor than its track says (skid steer, wrong track): "
+             "estimated";
+    case DrDiagnosis::kParted:
+      return "the filter and the wheels' sum parted without slip: the filter began anew";
+  }
+  return "";
+}
+
+// Short name for counters: dr.found.<name>.
+constexpr std::string_view Name(DrDiagnosis diagnosis) {
+  switch (diagnosis) {
+    case DrDiagnosis::kTimeWentBack:
+      return "time_went_back";
+    case DrDiagnosis::kTimeJumpedAhead:
+      return "time_jumped_ahead";
+    case DrDiagnosis::kImuOnAnotherClock:
+      return "imu_on_another_clock";
+    case DrDiagnosis::kImuStampsRepeat:
+      return "imu_stamps_repeat";
+    case DrDiagnosis::kAccelInG:
+      return "accel_in_g";
+    case DrDiagnosis::kAccelWithoutGravity:
+      return "accel_without_gravity";
+    case DrDiagnosis::kAccelInUnknownUnit:
+      return "accel_in_unknown_unit";
+    case DrDiagnosis::kAccelUnfit:
+      return "accel_unfit";
+    case DrDiagnosis::kGyroInDegrees:
+      return "gyro_in_degrees";
+    case DrDiagnosis::kGyroFrozen:
+      return "gyro_frozen";
+    case DrDiagnosis::kHeadingStuck:
+      return "heading_stuck";
+    case DrDiagnosis::kWheelTurnStuck:
+      return "wheel_turn_stuck";
+    case DrDiagnosis::kTrackIsOther:
+      return "track_is_other";
+    case DrDiagnosis::kParted:
+      return "parted";
+  }
+  return "";
+}
+
+}  // namespace gw::dr_ekf

@@ -1,0 +1,71 @@
+// Whether the IMU's numbers mean what the calibration says: unit, gravity, clock. Judged by what
+// needs no filter: gravity at any time, rates under still wheels, turns beside those of the wheels,
+// stamps beside those of the wheels (docs/adr/0018-who-is-wrong.md).
+#pragma once
+
+#include <Eigen/Core>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "common/camera/calibration.h"
+#include "common/contract/samples.h"
+#include "common/core/time.h"
+#include "dr_ekf/core/dr_diagnosis.h"
+
+namespace gw::dr_ekf {
+
+class ImuCheck {
+ public:
+  explicit ImuCheck(const ImuCalibration& imu) : imu_(imu) {}
+
+  // The sample as it may be used: accelerations scaled or taken out. Empty: it is not to be used at
+  // all. Samples carry camera time and are finite.
+  std::optional<ImuSample> Take(const ImuSample& sample);
+  // The wheels' sample, in camera time, as it arrives.
+  void Take(const WheelSample& sample);
+
+  // False: the stream was found to be useless, for good.
+  bool usable() const { return usable_; }
+  // What was found since the last call, each once.
+  std::vector<DrDiagnosis> Found();
+
+ private:
+  enum class Unit { kUnknown, kMetric, kG, kNoGravity };
+  static Unit UnitOf(double norm);
+
+  void JudgeUnit(const ImuSample& sample);
+  void JudgeStamps(const ImuSample& sample);
+  void JudgeClock();
+  void JudgeRest(const WheelSample& sample);
+  void JudgeTurn(const WheelSample& sample);
+  void Report(DrDiagnosis diagnosis);
+  void Refuse(DrDiagnosis diagnosis);
+
+  ImuCalibration imu_;
+  bool usable_ = true;
+  std::vector<DrDiagnosis> found_;
+  std::vector<DrDiagnosis> reported_;
+
+  std::optional<Utime> last_imu_, last_wheel_;  // newest stamps
+  int repeats_ = 0;                             // of a stamp, in a row
+  int same_values_ = 0;                         // of the gyro, in a row
+  Eigen::Vector3d last_gyro_ = Eigen::Vector3d::Zero();
+
+  Unit unit_ = Unit::kUnknown;
+  double norm_ = -1;  // m/s^2 (or g), mean over a second
+  Utime other_unit_since_;
+
+  // Both channels since their stamps are far apart.
+  int apart_imu_ = 0, apart_wheels_ = 0;
+  std::optional<Utime> apart_since_imu_, apart_since_wheel_;
+
+  double rest_turn_ = 0, rest_s_ = 0;  // of the gyro under still wheels
+  double gyro_turn_ = 0;               // rad, about z of B, since the wheels' sample before
+  double gyro_s_ = 0;
+  // Sums over wheel intervals in which something turned.
+  double ww_ = 0, wg_ = 0, gg_ = 0;
+  double wheel_way_ = 0;
+};
+
+}  // namespace gw::dr_ekf

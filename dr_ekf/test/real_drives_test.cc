@@ -1,0 +1,157 @@
+// Dead reckoning alone on recordings that this project did not make: never worse than the wheels'
+// own sum, whatever the robot.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "dr_ekf/test/drive_report.h"
+
+namespace gw::dr_ekf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Folder {
+  const char* name;  // below the data folder
+};
+void PrintTo(const Folder& folder, std::ostream* os) {
+  *os << folder.name;
+}
+std::string TestName(const testing::TestParamInfo<Folder>& info) {
+  std::string name = info.param.name;
+  for (char& c : name) {
+    if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
+  }
+  return name;
+}
+
+class WheelsAlone : public testing::TestWithParam<Folder> {};
+INSTANTIATE_TEST_SUITE_P(OpenLoris, WheelsAlone,
+                         testing::Values(Folder{"openloris_odometry/cafe-1-1"},
+                                         Folder{"openloris_odometry/corridor-1-1"},
+                                         Folder{"openloris_odometry/corridor-1-3"},
+                                         Folder{"openloris_odometry/home-1-1"},
+                                         Folder{"openloris_odometry/home-1-2"},
+                                         Folder{"openloris_odometry/market-1-1"}),
+                         TestName);
+INSTANTIATE_TEST_SUITE_P(Carmen, WheelsAlone,
+                         testing::Values(Folder{"carmen_odometry/acapulco"},
+                                         Folder{"carmen_odometry/aces"},
+                                         Folder{"carmen_odometry/fhw"},
+                                         Folder{"carmen_odometry/intel"}),
+                         TestName);
+
+TEST_P(WheelsAlone, AreNoWorseThanTheirSum) {
+  const auto folder = FindRecording(GetParam().name);
+  if (!folder) GTEST_SKIP() << "no recording " << GetParam().name;
+  const bool carmen = fs::exists(*folder / "laser_pose.txt");
+  const RealDrive drive = carmen ? ReadOdometryAlone(*folder, "odom_raw.txt", "laser_pose.txt")
+                                 : ReadOdometryAlone(*folder, "odom.txt", "groundtruth.txt");
+  const DriveReport report = RunDrive(drive);
+  PrintReport(GetParam().name, report);
+  ASSERT_GT(report.ape_raw, 0);
+  EXPECT_LE(report.ape_dr, 1.02 * report.ape_raw);
+  EXPECT_NEAR(report.way_dr, report.way_raw, 0.01 * std::abs(report.way_raw));
+  EXPECT_EQ(report.slips, 0);
+  EXPECT_EQ(report.counters.resets, 0);
+}
+
+class Rendered : public testing::TestWithParam<Folder> {};
+INSTANTIATE_TEST_SUITE_P(Drives, Rendered,
+                         testing::Values(Folder{"wheels_and_imu/rendered_office_easy"},
+                                         Folder{"rendered_night/openloris"},
+                                         Folder{"rendered_corridor/openloris"}),
+                         TestName);
+
+TEST_P(Rendered, IsBetterThanTheWheelsByTheGyroAndTheSameForJitteredOdometry) {
+  const auto folder = FindRecording(GetParam().name);
+  if (!folder) GTEST_SKIP() << "no recording " << GetParam().name;
+  const DriveReport odometry = RunDrive(ReadRendered(*folder, RenderedWheels::kOdometry));
+  const DriveReport encoder = RunDrive(ReadRendered(*folder, RenderedWheels::kEncoder));
+  PrintReport(std::string(GetParam().name) + " 20Hz", odometry);
+  PrintReport(std::string(GetParam().name) + " 50Hz", encoder);
+  for (const DriveReport* report : {&odometry, &encoder}) {
+    EXPECT_LE(report->ape_dr, 0.6 * report->ape_raw);
+    EXPECT_EQ(report->slips, 0);
+    EXPECT_EQ(report->counters.resets, 0);
+  }
+  EXPECT_NEAR(odometry.ape_dr, encoder.ape_dr, 0.05 * encoder.ape_dr);
+}
+
+TEST(RenderedSlip, IsFlaggedInJitteredOdometryAsInTheReadings) {
+  const auto folder = FindRecording("wheels_and_imu/rendered_slip");
+  if (!folder) GTEST_SKIP() << "no recording wheels_and_imu/rendered_slip";
+  for (const auto wheels : {RenderedWheels::kOdometry, RenderedWheels::kEncoder}) {
+    const RealDrive drive = ReadRendered(*folder, wheels);
+    const DriveReport report = RunDrive(drive);
+    PrintReport("rendered_slip", report);
+    EXPECT_LE(report.ape_dr, 0.6 * report.ape_raw);
+  }
+}
+
+class SkidSteer : public testing::TestWithParam<Folder> {};
+INSTANTIATE_TEST_SUITE_P(Drives, SkidSteer,
+                         testing::Values(Folder{"wheels_and_imu/skid_steer_run20"},
+                                         Folder{"wheels_and_imu/skid_steer_run21"}),
+                         TestName);
+
+// Mean of the gyro in a span, seconds after the begin of the recording.
+double MeanRate(const RealDrive& drive, double from_s, double to_s) {
+  const Utime begin = std::visit([](const auto& s) { return s.utime; }, drive.samples.front());
+  double sum = 0;
+  int n = 0;
+  for (const Sample& sample : drive.samples) {
+    const auto* imu = std::get_if<ImuSample>(&sample);
+    if (imu == nullptr) continue;
+    const double t = (imu->utime - begin).seconds();
+    if (t < from_s || t > to_s) continue;
+    sum += imu->w_I_rad_s.z();
+    ++n;
+  }
+  return sum / n;
+}
+
+// Integral of the gyro with the bias of the standstills at begin and end, a line between them.
+double TurnOfGyro(const RealDrive& drive) {
+  const Utime begin = std::visit([](const auto& s) { return s.utime; }, drive.samples.front());
+  const Utime end = std::visit([](const auto& s) { return s.utime; }, drive.samples.back());
+  const double length = (end - begin).seconds();
+  constexpr double kStill = 8;  // s, at either end
+  const double first = MeanRate(drive, 0, kStill);
+  const double last = MeanRate(drive, length - kStill, length);
+  double turn = 0;
+  std::optional<ImuSample> before;
+  for (const Sample& sample : drive.samples) {
+    const auto* imu = std::get_if<ImuSample>(&sample);
+    if (imu == nullptr) continue;
+    if (before) {
+      const double share = (imu->utime - begin).seconds() / length;
+      turn +=
+          (0.5 * (before->w_I_rad_s.z() + imu->w_I_rad_s.z()) - first - share * (last - first)) *
+          (imu->utime - before->utime).seconds();
+    }
+    before = *imu;
+  }
+  return turn;
+}
+
+TEST_P(SkidSteer, HasTheWayOfItsWheelsAndTheTurnOfItsGyroOnAFlatFloor) {
+  const auto folder = FindRecording(GetParam().name);
+  if (!folder) GTEST_SKIP() << "no recording " << GetParam().name;
+  for (const bool accelerometer : {true, false}) {
+    const RealDrive drive = ReadSkidSteer(*folder, {.accelerometer = accelerometer});
+    const DriveReport report = RunDrive(drive);
+    PrintReport(std::string(GetParam().name) + (accelerometer ? " imu" : " gyro"), report);
+    const double gyro = TurnOfGyro(drive);
+    std::printf("    turn of the gyro %.2f deg\n", gyro * 180 / M_PI);
+    EXPECT_NEAR(report.way_dr, report.way_raw, 0.02 * report.way_raw);
+    EXPECT_NEAR(report.turn_dr, gyro, 3 * M_PI / 180);
+    EXPECT_LT(report.highest - report.lowest, 0.2);
+    EXPECT_EQ(report.slips, 0);
+    EXPECT_EQ(report.counters.resets, 0);
+  }
+}
+
+}  // namespace
+}  // namespace gw::dr_ekf

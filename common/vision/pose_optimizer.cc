@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "common/vision/huber.h"
+#include "common/core/robust_loss.h"
 
 namespace gw {
 namespace {

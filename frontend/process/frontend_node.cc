@@ -99,12 +99,42 @@ void FrontendNode::ProcessImage(const WaitingImage& image, process::Shell& shell
   shell.Publish(wire::kFramePose, wire::Encode(out.pose));
   shell.health().AddLatency(latency);
   status_ = out.pose.status;
+  reason_ = out.pose.reason;
+  if (reason_ == TrackingReason::kTimeReversed) shell.health().Count("CAMERA.time_reversed");
+  if (reason_ == TrackingReason::kDrContradictsVision)
+    shell.health().Count("DR.contradicts_vision");
   last_image_ = shell.Now();
   if (out.query) {
     out.query->seq = ++query_seq_;
     shell.Publish(wire::kPlaceQuery, wire::Encode(*out.query));
   }
   if (out.keyframe) keyframes_->Push(wire::Encode(*out.keyframe));
+}
+
+void FrontendNode::ReportHealth(process::Shell& shell) const {
+  using enum HealthState;
+  if (!tracker_.has_map()) {
+    shell.health().SetState(kStarting, "waiting for the map: is gw-backend running?");
+  } else if (!last_image_ || shell.Now() - *last_image_ > kSilence) {
+    shell.health().SetState(kDegraded, "no images: check gw-camera and its cable");
+  } else if (status_ == TrackingStatus::kLost) {
+    shell.health().SetState(kDegraded,
+                            "neither vision nor dead reckoning: check lens, light and gw-dr-ekf");
+  } else if (status_ == TrackingStatus::kRecovering) {
+    shell.health().SetState(kDegraded,
+                            "where in the map is not known: drive to where it was made, or begin "
+                            "a new map");
+  } else if (status_ == TrackingStatus::kDrOnly) {
+    shell.health().SetState(
+        kDegraded, "vision sees nothing, dead reckoning carries the pose: check lens and light");
+  } else if (reason_ == TrackingReason::kDrContradictsVision) {
+    shell.health().SetState(
+        kDegraded,
+        "dead reckoning contradicts healthy vision and is not used: check wheel "
+        "calibration, axes, signs and units (gw-slam LOG --dr-only names more)");
+  } else {
+    shell.health().SetState(kOk);
+  }
 }
 
 bool FrontendNode::Step(process::Shell& shell) {
@@ -121,24 +151,7 @@ bool FrontendNode::Step(process::Shell& shell) {
     shell.Publish(wire::kKeyframe, *message);
   }
 
-  using enum HealthState;
-  if (!tracker_.has_map()) {
-    shell.health().SetState(kStarting, "waiting for the map: is gw-backend running?");
-  } else if (!last_image_ || shell.Now() - *last_image_ > kSilence) {
-    shell.health().SetState(kDegraded, "no images: check gw-camera and its cable");
-  } else if (status_ == TrackingStatus::kLost) {
-    shell.health().SetState(kDegraded,
-                            "neither vision nor dead reckoning: check lens, light and gw-dr-ekf");
-  } else if (status_ == TrackingStatus::kRecovering) {
-    shell.health().SetState(kDegraded,
-                            "where in the map is not known: drive to where it was made, or begin "
-                            "a new map");
-  } else if (status_ == TrackingStatus::kDrOnly) {
-    shell.health().SetState(
-        kDegraded, "vision sees nothing, dead reckoning carries the pose: check lens and light");
-  } else {
-    shell.health().SetState(kOk);
-  }
+  ReportHealth(shell);
   return images_.empty();
 }
 

@@ -39,6 +39,7 @@ class FrontendNode : public process::Node {
   void ApplyMapUpdates(process::Shell& shell);
   void ProcessImage(const WaitingImage& image, process::Shell& shell);
   void RequestMap(process::Shell& shell);
+  void ReportHealth(process::Shell& shell) const;
 
   Tracker tracker_;
   std::deque<WaitingImage> images_;
@@ -51,7 +52,8 @@ class FrontendNode : public process::Node {
   int64_t query_seq_ = 0;
   int64_t session_ = 0;
   std::optional<Utime> last_image_;
-  TrackingStatus status_ = TrackingStatus::kInitializing;
+  TrackingStatus status_ = TrackingStatus::kInitializing;  // of the newest image
+  TrackingReason reason_ = TrackingReason::kNone;
 };
 
 }  // namespace gw::frontend

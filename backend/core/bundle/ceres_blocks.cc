@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/vision/huber.h"
+#include "common/core/robust_loss.h"
 
 namespace gw::backend {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "common/vision/huber.h"
+#include "common/core/robust_loss.h"
 
 namespace gw::backend {
 namespace {

@@ -1,6 +1,7 @@
 #include "backend/core/bundle/local_ba.h"
 
 #include <ceres/iteration_callback.h>
+#include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -12,7 +13,8 @@
 
 #include "backend/core/bundle/ceres_blocks.h"
 #include "backend/core/bundle/landmark_fit.h"
-#include "common/vision/huber.h"
+#include "common/core/robust_loss.h"
+#include "common/good_weights/edge_covariance.h"
 
 namespace gw::backend {
 namespace {
@@ -29,7 +31,7 @@ constexpr double kTooVague = 1.0 / 3;
 // hold back the soft bends of the map, which are all that is left to mend.
 constexpr double kWholeSteps = 1e8;  // trust region radius
 
-// What of a observation counts.
+// What counts of an observation.
 enum class Use : uint8_t { kNothing, kPixel, kPixelAndDepth };
 
 // The variables of a solve, and what of each observation still counts.
@@ -111,6 +113,8 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::CauchyLoss dr_loss(std::sqrt(kDrRadius2));
   ownership.disable_all_safety_checks = true;
   ceres::Problem problem(ownership);
 
@@ -140,10 +144,10 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
     double* to = state.poses[edge.to].data();
     if (job.dr_scale_sigma > 0) {
       scaled.emplace_back(edge.T_FromTo, edge.lever, edge.sqrt_information);
-      problem.AddResidualBlock(&scaled.back(), nullptr, from, to, state.dr_scale_error.data());
+      problem.AddResidualBlock(&scaled.back(), &dr_loss, from, to, state.dr_scale_error.data());
     } else {
       relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
-      problem.AddResidualBlock(&relative.back(), nullptr, from, to);
+      problem.AddResidualBlock(&relative.back(), &dr_loss, from, to);
     }
   }
   if (!scaled.empty()) {
@@ -203,7 +207,9 @@ double Cost(const LocalBaJob& job, const State& state) {
   for (const auto& edge : job.dr_edges) {
     const SE3 T_ab = T_CW[edge.from] * T_CW[edge.to].inverse();
     const SE3 T_FromTo = edge.T_FromTo * SE3::Exp(edge.lever * state.dr_scale_error);
-    cost += (edge.sqrt_information * (T_FromTo.inverse() * T_ab).Log()).squaredNorm();
+    const double squared =
+        (edge.sqrt_information * (T_FromTo.inverse() * T_ab).Log()).squaredNorm();
+    cost += CauchyCost(squared, kDrRadius2);
   }
   if (job.dr_scale_sigma > 0) {
     cost += (state.dr_scale_error / job.dr_scale_sigma).squaredNorm();

@@ -255,7 +255,9 @@ TEST(Tracker, GoesOnInTheSameMapWhenTheClockIsSetBack) {
       s.seq = i + 1;
       s.reset_counter = i >= kSet ? 1 : 0;
       s.T_OB = T_WB;
-      if (with_dr) EXPECT_TRUE(tracker.Push(s));
+      if (with_dr) {
+        EXPECT_TRUE(tracker.Push(s));
+      }
       const FramePose pose = tracker.Track(utime, i + 1, world.See(T_WB, i, false)).pose;
       if (pose.reason == TrackingReason::kTimeReversed) {
         ++refused;

@@ -85,7 +85,7 @@ Result<std::vector<FramePose>> ReadFrames(const std::string& path) {
   if (!csv) return csv.error();
   std::vector<FramePose> frames;
   while (csv->Next()) {
-    if (csv->size() != 17) return csv->Bad("must have 17 columns");
+    if (csv->size() != 18) return csv->Bad("must have 18 columns");
     FramePose f;
     const auto status = StatusFromName(csv->field(1));
     std::array<double, 7> pose{};

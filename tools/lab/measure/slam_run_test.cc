@@ -14,7 +14,7 @@ using testing::HasSubstr;
 
 constexpr char kFramesHead[] =
     "utime,status,n_det,n_trk,n_inliers,q,alpha,dr_share,map_revision,latency_us,"
-    "x,y,z,qx,qy,qz,qw\n";
+    "x,y,z,qx,qy,qz,qw,reason\n";
 
 std::string CovarianceHead() {
   std::string head = "utime";
@@ -47,8 +47,8 @@ class RunFolder : public testing::Test {
           "{\n \"version\": \"1.2.3\", \"config_hash\": \"00ff\",\n"
           " \"dr_synthetic\": true\n}\n");
     Write("frames.csv", std::string(kFramesHead) +
-                            "1000000,tracking,700,100,90,0.9,0.2,0.01,5,0,1,2,3,0,0,0,1\n"
-                            "1033333,dr_only,0,0,0,0,1000,1,5,0,1.5,2,3,0,0,0,1\n");
+                            "1000000,tracking,700,100,90,0.9,0.2,0.01,5,0,1,2,3,0,0,0,1,none\n"
+                            "1033333,dr_only,0,0,0,0,1000,1,5,0,1.5,2,3,0,0,0,1,too_few_features\n");
     Write("covariance.csv", CovarianceHead() + CovarianceLine(1000000) + CovarianceLine(1033333));
     Write("trajectory_final.tum", "1.000000 9 2 3 0 0 0 1\n1.033333 10 2 3 0 0 0 1\n");
     Write("dr.tum", "1.033333 7 0 0 0 0 0 1\n");
@@ -91,9 +91,9 @@ TEST_F(RunFolder, IsReadBack) {
 
 TEST_F(RunFolder, MistakesAreNamedWithFileAndLine) {
   Write("frames.csv", std::string(kFramesHead) + "1000000,flying,700\n");
-  EXPECT_THAT(Read().error().message, HasSubstr("frames.csv:2: must have 17 columns"));
+  EXPECT_THAT(Read().error().message, HasSubstr("frames.csv:2: must have 18 columns"));
   Write("frames.csv",
-        std::string(kFramesHead) + "1000000,flying,700,100,90,0.9,0.2,0.01,5,0,1,2,3,0,0,0,1\n");
+        std::string(kFramesHead) + "1000000,flying,700,100,90,0.9,0.2,0.01,5,0,1,2,3,0,0,0,1,none\n");
   EXPECT_THAT(Read().error().message, HasSubstr("frames.csv:2:"));
   std::filesystem::remove(folder_ + "/frames.csv");
   EXPECT_EQ(Read().error().code, ErrorCode::kNotFound);

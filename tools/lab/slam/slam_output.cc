@@ -17,15 +17,15 @@ namespace {
 std::string FramesTable(const std::vector<FramePose>& frames) {
   std::string out =
       "utime,status,n_det,n_trk,n_inliers,q,alpha,dr_share,map_revision,latency_us,"
-      "x,y,z,qx,qy,qz,qw\n";
+      "x,y,z,qx,qy,qz,qw,reason\n";
   for (const FramePose& f : frames) {
     const Eigen::Vector3d& p = f.T_WB.translation();
     const Eigen::Quaterniond& q = f.T_WB.rotation();
     out += Format("%" PRId64 ",%s,%d,%d,%d,%.6f,%.6g,%.6f,%" PRId64 ",%" PRId64
-                  ",%.9f,%.9f,%.9f,%.9f,%.9f,%.9f,%.9f\n",
+                  ",%.9f,%.9f,%.9f,%.9f,%.9f,%.9f,%.9f,%s\n",
                   f.utime.us, StatusName(f.status), f.num_detected, f.num_tracked, f.num_inliers,
                   f.q, f.alpha, f.dr_share, f.map_revision, f.latency_us, p.x(), p.y(), p.z(),
-                  q.x(), q.y(), q.z(), q.w());
+                  q.x(), q.y(), q.z(), q.w(), ReasonName(f.reason));
   }
   return out;
 }
@@ -160,6 +160,32 @@ std::string TimingTable(const SlamSession& session) {
         Format("%" PRId64 ",%" PRId64 "\n", session.frames()[i].utime.us, session.tracking_us()[i]);
   }
   return out;
+}
+
+const char* ReasonName(TrackingReason reason) {
+  switch (reason) {
+    case TrackingReason::kNone:
+      return "none";
+    case TrackingReason::kTooFewFeatures:
+      return "too_few_features";
+    case TrackingReason::kTooFewMatches:
+      return "too_few_matches";
+    case TrackingReason::kTooFewInliers:
+      return "too_few_inliers";
+    case TrackingReason::kPoseJump:
+      return "pose_jump";
+    case TrackingReason::kBadImage:
+      return "bad_image";
+    case TrackingReason::kNoMap:
+      return "no_map";
+    case TrackingReason::kTimeReversed:
+      return "time_reversed";
+    case TrackingReason::kPlaceUnknown:
+      return "place_unknown";
+    case TrackingReason::kDrContradictsVision:
+      return "dr_contradicts_vision";
+  }
+  return "invalid";
 }
 
 const char* StatusName(TrackingStatus status) {

@@ -36,5 +36,6 @@ std::string TimeStepsJson(const std::vector<TimeStep>& steps);
 
 // "tracking", "dr_only", ...: as in frames.csv and report.json.
 const char* StatusName(TrackingStatus status);
+const char* ReasonName(TrackingReason reason);
 
 }  // namespace gw::tools

@@ -18,8 +18,7 @@ Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config) {
 }
 
 Matrix6d DrCovariance(DurationUs interval, const Matrix6d& reported, const DrWeightConfig& config) {
-  const Matrix6d nominal = NominalCovariance(interval, config);
-  return reported.isZero(0) ? nominal : LargerCovariance(1e-4 * nominal, reported);
+  return LargerCovariance(NominalCovariance(interval, config), reported);
 }
 
 Matrix6d ScaledCovariance(const Matrix6d& cov, const DrScale& alpha, const Matrix6d& honest) {

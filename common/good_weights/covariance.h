@@ -16,10 +16,10 @@ namespace gw {
 // the period of the paper's frames. interval > 0.
 Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config);
 
-// Sigma_d of an edge: the reported covariance, positive semi-definite; the nominal one where
-// nothing is reported (zero). The front-end reports what DR has shown beside healthy vision
-// (frontend/core/motion/dr_trust.h), so that the nominal noise stands only until then. Not below
-// the nominal covariance over 10^4, so that a source that knows a direction exactly can be used.
+// Sigma_d of an edge between keyframes: the larger of nominal and reported covariance, in every
+// direction. The errors of edges that follow each other are one bias, which edges that are
+// independent of each other would take for knowledge: the nominal noise keeps them from that
+// (docs/adr/0020-two-witnesses.md). reported: positive semi-definite; zero: nothing is reported.
 Matrix6d DrCovariance(DurationUs interval, const Matrix6d& reported, const DrWeightConfig& config);
 
 // Covariance of a motion that counts with the scale alpha > 0: Sigma_d / alpha, per block. It is

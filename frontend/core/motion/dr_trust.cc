@@ -55,7 +55,7 @@ DrNoise DrTrust::Shown(const DrNoise& claimed) const {
 
 Matrix6d DrTrust::Weighted(const Matrix6d& nominal, const Matrix6d& shown) const {
   const double prior = kPriorWindows / (kPriorWindows + num_windows_);
-  return prior * LargerCovariance(nominal, shown) + (1 - prior) * shown;
+  return LargerCovariance(prior * prior * nominal, shown);
 }
 
 }  // namespace gw::frontend

@@ -72,10 +72,7 @@ std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
   if (increment) {
     increment->T_BaBb = calibration_.Corrected(increment->T_BaBb, dr_.newest());
     calibration_.Limit(&noise, dr_.newest());
-    const Matrix6d shown = trust_.Shown(noise).Covariance();
-    if (!shown.isZero(0)) {
-      increment->cov = trust_.Weighted(NominalCovariance(b - a, dr_weight_), shown);
-    }
+    increment->cov = trust_.Shown(noise).Covariance();
   }
   return increment;
 }

@@ -1,4 +1,6 @@
 // gw-import: recordings of public data sets as LCM logs with a robot configuration.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
@@ -10,6 +12,7 @@
 #include "common/config/writer.h"
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
+#include "tools/data/files/json.h"
 #include "tools/data/files/text_file.h"
 #include "tools/data/import/cid_sims.h"
 #include "tools/data/import/euroc.h"
@@ -19,7 +22,6 @@
 #include "tools/data/import/synthetic_dr.h"
 #include "tools/data/import/tum.h"
 #include "tools/data/import/write_log.h"
-#include "tools/data/log/json_text.h"
 
 namespace gw::importer {
 namespace {
@@ -65,38 +67,23 @@ class ProgressLine {
 };
 
 std::string Summary(const Recording& recording, const LogSummary& log, const Arguments& a) {
-  char text[200];
-  const double duration = (log.end - log.begin).seconds();
-  std::string out;
+  const double duration_s = (log.end - log.begin).seconds();
   if (a.json) {
-    std::snprintf(text, sizeof text, ",\"bytes\":%lld,\"duration_s\":%.6f,\"skipped_frames\":%lld",
-                  static_cast<long long>(log.bytes), duration,
-                  static_cast<long long>(recording.skipped_frames));
-    out = "{\"program\":\"gw-import\",\"version\":" + tools::JsonQuote(Version()) +
-          ",\"format\":" + tools::JsonQuote(recording.format) +
-          ",\"log\":" + tools::JsonQuote(a.log) + ",\"config\":" + tools::JsonQuote(a.config) +
-          text + ",\"channels\":{";
-    const char* separator = "";
-    for (const auto& [channel, count] : log.messages) {
-      out += separator + tools::JsonQuote(channel) + ":" + std::to_string(count);
-      separator = ",";
-    }
-    out += "},\"warnings\":[";
-    separator = "";
-    for (const std::string& warning : recording.warnings) {
-      out += separator + tools::JsonQuote(warning);
-      separator = ",";
-    }
-    return out + "]}\n";
+    return tools::JsonLine({{"program", "gw-import"},
+                            {"version", Version()},
+                            {"format", recording.format},
+                            {"log", a.log},
+                            {"config", a.config},
+                            {"bytes", log.bytes},
+                            {"duration_s", duration_s},
+                            {"skipped_frames", recording.skipped_frames},
+                            {"channels", log.messages},
+                            {"warnings", recording.warnings}});
   }
-  std::snprintf(text, sizeof text, "%s: %.3f s, %.1f MB, %lld frames skipped\n", a.log.c_str(),
-                duration, static_cast<double>(log.bytes) * 1e-6,
-                static_cast<long long>(recording.skipped_frames));
-  out = text;
+  std::string out = fmt::format("{}: {:.3f} s, {:.1f} MB, {} frames skipped\n", a.log, duration_s,
+                                static_cast<double>(log.bytes) * 1e-6, recording.skipped_frames);
   for (const auto& [channel, count] : log.messages) {
-    std::snprintf(text, sizeof text, "  %-14s %lld\n", channel.c_str(),
-                  static_cast<long long>(count));
-    out += text;
+    out += fmt::format("  {:<14} {}\n", channel, count);
   }
   return out;
 }

@@ -8,7 +8,7 @@
 #include "lcmtypes/wire/channels.h"
 #include "lcmtypes/wire/wire.h"
 #include "tools/data/files/format.h"
-#include "tools/data/log/json_text.h"
+#include "tools/data/files/json.h"
 
 namespace gw::tools {
 namespace {
@@ -242,45 +242,41 @@ std::string ReportText(const LogReport& report) {
 }
 
 std::string ReportJson(const LogReport& report) {
-  std::string out = Format(
-      "{\"ok\":%s,\"bytes\":%lld,\"events\":%lld,\"begin_us\":%lld,\"duration_s\":%.6f,"
-      "\"skipped_bytes\":%lld,\"truncated\":%s,\"receive_time_faults\":%lld,\"channels\":{",
-      report.ok ? "true" : "false", Long(report.file_bytes), Long(report.events),
-      Long(report.begin.us), report.length.seconds(), Long(report.skipped_bytes),
-      report.truncated ? "true" : "false", Long(report.receive_time_faults));
-  const char* separator = "";
+  Json channels = Json::object();
   for (const auto& [name, c] : report.channels) {
-    out += separator + JsonQuote(name);
-    out += Format(
-        ":{\"messages\":%lld,\"bytes\":%lld,\"known\":%s,\"first_us\":%lld,\"last_us\":%lld,"
-        "\"rate_hz\":%.4f,\"largest_gap_s\":%.6f,\"lost\":%lld,\"restarts\":%lld,"
-        "\"sequence_faults\":%lld,\"time_faults\":%lld,\"undecodable\":%lld}",
-        Long(c.messages), Long(c.bytes), c.known ? "true" : "false", Long(c.first.us),
-        Long(c.last.us), c.rate_hz(), c.largest_gap.seconds(), Long(c.lost), Long(c.restarts),
-        Long(c.sequence_faults), Long(c.time_faults), Long(c.undecodable));
-    separator = ",";
+    channels[name] = {{"messages", c.messages},
+                      {"bytes", c.bytes},
+                      {"known", c.known},
+                      {"first_us", c.first.us},
+                      {"last_us", c.last.us},
+                      {"rate_hz", c.rate_hz()},
+                      {"largest_gap_s", c.largest_gap.seconds()},
+                      {"lost", c.lost},
+                      {"restarts", c.restarts},
+                      {"sequence_faults", c.sequence_faults},
+                      {"time_faults", c.time_faults},
+                      {"undecodable", c.undecodable}};
   }
-  out += "},\"time_steps\":[";
-  separator = "";
+  Json steps = Json::array();
   for (const TimeStep& step : report.time_steps) {
-    out += separator + Format("{\"event\":%lld,\"from_us\":%lld,\"to_us\":%lld}", Long(step.index),
-                              Long(step.from.us), Long(step.to.us));
-    separator = ",";
+    steps.push_back({{"event", step.index}, {"from_us", step.from.us}, {"to_us", step.to.us}});
   }
-  out += "],\"notes\":[";
-  separator = "";
+  Json notes = Json::array();
   for (const LogNote& note : report.notes) {
-    out += separator + Format("{\"utime\":%lld,\"key\":", Long(note.utime.us)) +
-           JsonQuote(note.key) + ",\"text\":" + JsonQuote(note.text) + "}";
-    separator = ",";
+    notes.push_back({{"utime", note.utime.us}, {"key", note.key}, {"text", note.text}});
   }
-  out += "],\"problems\":[";
-  separator = "";
-  for (const std::string& problem : report.problems) {
-    out += separator + JsonQuote(problem);
-    separator = ",";
-  }
-  return out + "]}\n";
+  return JsonLine({{"ok", report.ok},
+                   {"bytes", report.file_bytes},
+                   {"events", report.events},
+                   {"begin_us", report.begin.us},
+                   {"duration_s", report.length.seconds()},
+                   {"skipped_bytes", report.skipped_bytes},
+                   {"truncated", report.truncated},
+                   {"receive_time_faults", report.receive_time_faults},
+                   {"channels", channels},
+                   {"time_steps", steps},
+                   {"notes", notes},
+                   {"problems", report.problems}});
 }
 
 }  // namespace gw::tools

@@ -15,10 +15,10 @@
 
 #include "common/process/bus.h"
 #include "common/process/event_log.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "drivers/camera/device/camera_node.h"
 #include "drivers/kobuki/core/driver.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
 #include "test/emulators/camera/emulated_camera.h"
 #include "test/emulators/camera/fake_system.h"
 #include "test/emulators/kobuki/emulator.h"

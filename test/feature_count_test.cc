@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "common/core/random.h"
-#include "frontend/core/orb_extractor.h"
+#include "frontend/core/features/orb_extractor.h"
 #include "tools/sim/sim/renderer.h"
 #include "tools/sim/sim/scenario.h"
 

@@ -4,12 +4,12 @@
 #include <cstdlib>
 #include <map>
 
-#include "backend/core/culling.h"
-#include "backend/core/fusion.h"
-#include "backend/core/landmark_state.h"
+#include "backend/core/bundle/window.h"
 #include "backend/core/loop/locate.h"
-#include "backend/core/triangulation.h"
-#include "backend/core/window.h"
+#include "backend/core/mapping/culling.h"
+#include "backend/core/mapping/fusion.h"
+#include "backend/core/mapping/landmark_state.h"
+#include "backend/core/mapping/triangulation.h"
 
 namespace gw::backend {
 namespace {
@@ -52,7 +52,7 @@ Result<Mapper> Mapper::Create(const BackendConfig& config, const FrontendConfig&
     return Error{ErrorCode::kBadConfig,
                  "frontend.dr_weight: alpha_min must be > 0 and alpha_max >= alpha_min"};
   }
-  return Mapper(MappingContext::Make(config, frontend, camera), std::move(map), use);
+  return Mapper(MappingContext(config, frontend, camera), std::move(map), use);
 }
 
 Mapper::Mapper(const MappingContext& context, Map map, MapUse use)

@@ -15,11 +15,11 @@
 #include <deque>
 #include <optional>
 
-#include "backend/core/keyframe_check.h"
-#include "backend/core/local_ba.h"
+#include "backend/core/bundle/local_ba.h"
 #include "backend/core/loop/loop_closer.h"
-#include "backend/core/map.h"
-#include "backend/core/mapping_context.h"
+#include "backend/core/map/keyframe_check.h"
+#include "backend/core/map/map.h"
+#include "backend/core/map/mapping_context.h"
 #include "common/contract/place.h"
 #include "common/core/result.h"
 

@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
-#include "backend/core/dr_edge.h"
 #include "backend/test/world.h"
+#include "common/good_weights/camera_motion.h"
 
 namespace gw::backend {
 namespace {

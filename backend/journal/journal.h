@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "backend/core/map.h"
+#include "backend/core/map/map.h"
 #include "backend/journal/load.h"
 #include "backend/journal/map_session.h"
 #include "common/core/result.h"

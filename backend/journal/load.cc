@@ -16,7 +16,7 @@
 
 #include "backend/journal/record.h"
 #include "common/process/file_handle.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/wire.h"
 
 namespace gw::backend {
 namespace {

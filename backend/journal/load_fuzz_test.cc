@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <set>
 
-#include "backend/core/map_check.h"
+#include "backend/core/map/map_check.h"
 #include "backend/core/mapper.h"
 #include "backend/journal/load.h"
 #include "backend/journal/map_session.h"

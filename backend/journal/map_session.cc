@@ -6,7 +6,7 @@
 
 #include "common/core/format.h"
 #include "common/core/version.h"
-#include "lcmtypes/wire/archive.h"
+#include "common/wire/archive.h"
 
 namespace gw::wire {
 

@@ -8,7 +8,7 @@
 #include "common/config/frontend_config.h"
 #include "common/core/ids.h"
 #include "common/core/result.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/wire.h"
 
 namespace gw::backend {
 

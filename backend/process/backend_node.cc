@@ -4,7 +4,7 @@
 
 #include "common/camera/camera_model.h"
 #include "common/process/memory.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 
 namespace gw::backend {
 namespace {

@@ -8,7 +8,7 @@
 #include <thread>
 #include <variant>
 
-#include "backend/core/local_ba.h"
+#include "backend/core/bundle/local_ba.h"
 #include "backend/core/loop/loop_closer.h"
 #include "common/process/file_handle.h"
 

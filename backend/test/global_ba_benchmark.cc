@@ -51,7 +51,7 @@ void BM_SolveGlobalBa(benchmark::State& state) {
   for (auto _ : state) result = SolveLocalBa(job);
   state.counters["peak_MB"] = StatusMb("VmHWM") - before_mb;
   state.counters["landmarks"] = static_cast<double>(job.landmarks.size());
-  state.counters["sightings"] = static_cast<double>(job.sightings.size());
+  state.counters["observations"] = static_cast<double>(job.observations.size());
   state.counters["iterations"] = result.iterations;
 }
 BENCHMARK(BM_SolveGlobalBa)

@@ -30,7 +30,7 @@ void BM_SolveLocalBa(benchmark::State& state) {
   state.counters["keyframes"] = static_cast<double>(job.keyframes.size());
   state.counters["free"] = static_cast<double>(result.keyframes.size());
   state.counters["landmarks"] = static_cast<double>(job.landmarks.size());
-  state.counters["sightings"] = static_cast<double>(job.sightings.size());
+  state.counters["observations"] = static_cast<double>(job.observations.size());
   state.counters["iterations"] = result.iterations;
 }
 BENCHMARK(BM_SolveLocalBa)->Unit(benchmark::kMillisecond);

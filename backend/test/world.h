@@ -8,7 +8,7 @@
 #include <map>
 #include <vector>
 
-#include "backend/core/map.h"
+#include "backend/core/map/map.h"
 #include "common/camera/camera_model.h"
 #include "common/core/random.h"
 

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "common/config/fields.h"
+#include "common/core/fields.h"
 #include "common/core/se3.h"
 
 namespace gw {

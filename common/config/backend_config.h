@@ -1,7 +1,7 @@
 // Tuning of the mapping back-end (section `backend`).
 #pragma once
 
-#include "common/config/fields.h"
+#include "common/core/fields.h"
 
 namespace gw {
 

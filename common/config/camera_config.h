@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "common/config/fields.h"
+#include "common/core/fields.h"
 
 namespace gw {
 

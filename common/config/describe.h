@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "common/config/fields.h"
 #include "common/config/robot_config.h"
+#include "common/core/fields.h"
 
 namespace gw {
 

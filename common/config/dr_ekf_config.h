@@ -1,7 +1,7 @@
 // Tuning of the dead-reckoning filter (section `dr_ekf`). Sensor noise is calibration, not tuning.
 #pragma once
 
-#include "common/config/fields.h"
+#include "common/core/fields.h"
 
 namespace gw {
 

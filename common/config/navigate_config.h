@@ -1,7 +1,7 @@
 // How gw-navigate drives (section `navigate`).
 #pragma once
 
-#include "common/config/fields.h"
+#include "common/core/fields.h"
 
 namespace gw {
 

@@ -8,10 +8,10 @@
 #include "common/config/backend_config.h"
 #include "common/config/camera_config.h"
 #include "common/config/dr_ekf_config.h"
-#include "common/config/fields.h"
 #include "common/config/frontend_config.h"
 #include "common/config/kobuki_config.h"
 #include "common/config/navigate_config.h"
+#include "common/core/fields.h"
 
 namespace gw {
 

@@ -59,9 +59,4 @@ struct FramePose {
   int64_t latency_us = 0;  // image arrival to pose; 0 in offline runs
 };
 
-// Fit to judge dead reckoning: vision carries the pose alone, and sees enough to be sure of it.
-inline bool VisionMayJudgeDr(const FramePose& frame) {
-  return frame.status == TrackingStatus::kTracking && frame.q >= 0.9 && frame.dr_share <= 0.01;
-}
-
 }  // namespace gw

@@ -16,4 +16,9 @@ Matrix6d LargerCovariance(const Matrix6d& a, const Matrix6d& b) {
   return LU * larger.asDiagonal() * LU.transpose();
 }
 
+Matrix6d SqrtInformation(const Matrix6d& cov) {
+  const Matrix6d information = Eigen::LLT<Matrix6d>(cov).solve(Matrix6d::Identity());
+  return Eigen::LLT<Matrix6d>(0.5 * (information + information.transpose())).matrixU();
+}
+
 }  // namespace gw

@@ -15,7 +15,7 @@
 #include <system_error>
 #include <utility>
 
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 
 namespace gw::process {
 namespace {

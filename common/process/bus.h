@@ -26,7 +26,7 @@ class Bus {
   using Handler = std::function<void(std::span<const uint8_t> message, Utime received)>;
 
   virtual ~Bus() = default;
-  // channel: of lcmtypes/wire/channels.h, here and below.
+  // channel: of common/wire/channels.h, here and below.
   virtual Result<Done> Publish(const std::string& channel, std::span<const uint8_t> message) = 0;
   // Handlers run inside Pump, in order of arrival. There is no unsubscribe: a process listens to
   // the same channels all its life.

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/testing.h"
+#include "common/wire/channels.h"
+#include "common/wire/testing.h"
 
 namespace gw::process {
 namespace {

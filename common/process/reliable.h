@@ -16,7 +16,7 @@
 #include <optional>
 #include <vector>
 
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/wire.h"
 
 namespace gw::process {
 

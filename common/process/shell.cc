@@ -9,7 +9,7 @@
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
 #include "common/process/sd_notify.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 
 namespace gw::process {
 namespace {

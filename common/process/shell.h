@@ -21,7 +21,7 @@
 #include "common/process/log_line.h"
 #include "common/process/loop.h"
 #include "common/process/sequence_monitor.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/wire.h"
 
 namespace gw::process {
 

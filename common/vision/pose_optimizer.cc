@@ -1,8 +1,7 @@
 #include "common/vision/pose_optimizer.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <cmath>
+#include <algorithm>
 
 #include "common/vision/huber.h"
 
@@ -10,10 +9,13 @@ namespace gw {
 namespace {
 
 constexpr int kRounds = 4;
+constexpr int kRobustRounds = 2;  // the first ones; then outliers are known and squares are plain
 constexpr int kIterations = 10;
-constexpr double kMinDepth = 1e-2;  // m; nearer points have no usable Jacobian
+constexpr double kConverged = 1e-5;  // relative change of the cost
+constexpr double kFirstDamping = 1e-6, kLeastDamping = 1e-9, kMostDamping = 1e6;
+constexpr double kSmallestDiagonal = 1e-9;  // keeps the system solvable without observations
 
-// What the last round made of an observation.
+// What counts of an observation.
 enum Use : uint8_t { kNotUsed = 0, kPixelOnly = 1, kPixelAndDepth = 2 };
 
 struct NormalEquations {
@@ -23,43 +25,16 @@ struct NormalEquations {
 };
 
 template <typename JacobianRows, typename ResidualRows>
-void AddRows(const JacobianRows& J, const ResidualRows& e, double w, double limit, bool robust,
+void AddRows(const JacobianRows& J, const ResidualRows& r, double limit, bool robust,
              NormalEquations* out) {
-  const double chi2 = w * e.squaredNorm();
-  const double weight = robust ? w * HuberWeight(chi2, limit) : w;
+  const double chi2 = r.squaredNorm();
+  const double weight = robust ? HuberWeight(chi2, limit) : 1.0;
   out->cost += robust ? HuberCost(chi2, limit) : chi2;
-  for (int r = 0; r < J.rows(); ++r) {
-    const Vector6d j = J.row(r).transpose();
+  for (int k = 0; k < J.rows(); ++k) {
+    const Vector6d j = J.row(k).transpose();
     out->H.template selfadjointView<Eigen::Lower>().rankUpdate(j, weight);
-    out->g += (weight * e[r]) * j;
+    out->g += (weight * r[k]) * j;
   }
-}
-
-// Accumulates the observations in use. `robust`: Huber weights, else plain squares.
-NormalEquations Linearize(const RectifiedCamera& camera, const SE3& T_WC,
-                          const std::vector<PoseObservation>& observations,
-                          const std::vector<uint8_t>& use, bool robust) {
-  NormalEquations out;
-  const SE3 T_CW = T_WC.inverse();
-  Eigen::Vector3d e;
-  Eigen::Matrix<double, 3, 6> J;
-  for (size_t i = 0; i < observations.size(); ++i) {
-    if (use[i] == kNotUsed) continue;
-    const int rows = ReprojectionResidual(camera, T_CW, observations[i], &e, &J);
-    if (rows == 0) {
-      out.cost += kChi2Stereo;
-      continue;
-    }
-    const double w = observations[i].inverse_sigma2;
-    // Pixel and depth fail for different reasons (a wrong match; a depth edge), so each has its
-    // loss.
-    AddRows(J.topRows<2>(), e.head<2>(), w, kChi2Mono, robust, &out);
-    if (rows == 3 && use[i] == kPixelAndDepth) {
-      AddRows(J.bottomRows<1>(), e.tail<1>(), w, kChi2Depth, robust, &out);
-    }
-  }
-  out.H = out.H.selfadjointView<Eigen::Lower>();
-  return out;
 }
 
 void AddPrior(const PosePrior& prior, const SE3& T_WC, NormalEquations* equations) {
@@ -70,116 +45,120 @@ void AddPrior(const PosePrior& prior, const SE3& T_WC, NormalEquations* equation
   equations->cost += r.dot(prior.information * r);
 }
 
+class Optimizer {
+ public:
+  Optimizer(const RectifiedCamera& camera, const std::vector<LandmarkObservation>& observations,
+            const std::optional<PosePrior>& prior)
+      : camera_(camera),
+        observations_(observations),
+        prior_(prior),
+        use_(observations.size(), kPixelAndDepth) {}
+
+  // Of the observations in use. robust: Huber's weights, else plain squares.
+  NormalEquations OfVision(const SE3& T_WC, bool robust) const {
+    NormalEquations out;
+    const SE3 T_CW = T_WC.inverse();
+    for (size_t i = 0; i < observations_.size(); ++i) {
+      if (use_[i] == kNotUsed) continue;
+      const PixelObservation& pixel = observations_[i].pixel;
+      const Eigen::Vector3d p_C = T_CW * observations_[i].p_W;
+      if (!(p_C.z() > kMinProjectionDepth)) {
+        out.cost += kChi2Pixel + kChi2Depth;
+        continue;
+      }
+      const Eigen::Vector3d r = ReprojectionResidual(camera_, pixel, p_C);
+      const auto J = PoseJacobian(ReprojectionJacobian(camera_, pixel, p_C), p_C);
+      AddRows(J.topRows<2>(), r.head<2>(), kChi2Pixel, robust, &out);
+      if (pixel.has_depth && use_[i] == kPixelAndDepth) {
+        AddRows(J.bottomRows<1>(), r.tail<1>(), kChi2Depth, robust, &out);
+      }
+    }
+    out.H = out.H.selfadjointView<Eigen::Lower>();
+    return out;
+  }
+
+  // Gauss-Newton with Levenberg's damping, from T_WC.
+  SE3 Descend(SE3 T_WC, bool robust) const {
+    double damping = kFirstDamping;
+    NormalEquations at = Linearize(T_WC, robust);
+    for (int iteration = 0; iteration < kIterations; ++iteration) {
+      Matrix6d A = at.H;
+      A.diagonal() *= 1.0 + damping;
+      A.diagonal().array() += kSmallestDiagonal;
+      const Vector6d step = -A.ldlt().solve(at.g);
+      if (!step.allFinite()) break;
+      const SE3 T_WC_next = T_WC * SE3::Exp(step);
+      const NormalEquations next = Linearize(T_WC_next, robust);
+      if (next.cost > at.cost * (1.0 + 1e-12)) {
+        damping *= 100;
+        if (damping > kMostDamping) break;
+        continue;
+      }
+      const bool converged = at.cost - next.cost < kConverged * at.cost;
+      T_WC = T_WC_next;
+      at = next;
+      damping = std::max(damping * 0.1, kLeastDamping);
+      if (converged) break;
+    }
+    return T_WC;
+  }
+
+  // Decides at this pose what counts of every observation: an outlier may come back. Returns how
+  // many it changed.
+  int Classify(const SE3& T_WC) {
+    const SE3 T_CW = T_WC.inverse();
+    int changed = 0;
+    for (size_t i = 0; i < observations_.size(); ++i) {
+      const Eigen::Vector3d p_C = T_CW * observations_[i].p_W;
+      Use now = kNotUsed;
+      if (p_C.z() > kMinProjectionDepth) {
+        const ObservationFit fit = FitOf(camera_, observations_[i].pixel, p_C);
+        if (fit.pixel_ok()) now = fit.depth_ok() ? kPixelAndDepth : kPixelOnly;
+      }
+      changed += now != use_[i];
+      use_[i] = now;
+    }
+    return changed;
+  }
+
+  const std::vector<uint8_t>& use() const { return use_; }
+
+ private:
+  NormalEquations Linearize(const SE3& T_WC, bool robust) const {
+    NormalEquations out = OfVision(T_WC, robust);
+    if (prior_) AddPrior(*prior_, T_WC, &out);
+    return out;
+  }
+
+  const RectifiedCamera& camera_;
+  const std::vector<LandmarkObservation>& observations_;
+  const std::optional<PosePrior>& prior_;
+  std::vector<uint8_t> use_;  // Use of each observation
+};
+
 }  // namespace
 
-int ReprojectionResidual(const RectifiedCamera& camera, const SE3& T_CW, const PoseObservation& o,
-                         Eigen::Vector3d* residual, Eigen::Matrix<double, 3, 6>* jacobian) {
-  const Eigen::Vector3d p = T_CW * o.p_W;
-  if (p.z() < kMinDepth) return 0;
-  const double iz = 1.0 / p.z();
-  const double x = p.x() * iz;
-  const double y = p.y() * iz;
-  const double u = camera.fx * x + camera.cx;
-  const double v = camera.fy * y + camera.cy;
-  (*residual)[0] = u - o.u;
-  (*residual)[1] = v - o.v;
-  // d p_C / d [rho, phi] = [-I, Skew(p_C)] for T_WC * Exp([rho, phi]), chained with the projection.
-  auto& J = *jacobian;
-  J(0, 0) = -camera.fx * iz;
-  J(0, 1) = 0;
-  J(0, 2) = camera.fx * x * iz;
-  J(0, 3) = camera.fx * x * y;
-  J(0, 4) = -camera.fx * (1.0 + x * x);
-  J(0, 5) = camera.fx * y;
-  J(1, 0) = 0;
-  J(1, 1) = -camera.fy * iz;
-  J(1, 2) = camera.fy * y * iz;
-  J(1, 3) = camera.fy * (1.0 + y * y);
-  J(1, 4) = -camera.fy * x * y;
-  J(1, 5) = -camera.fy * x;
-  if (!o.has_right) return 2;
-  // u_right = u - bf / z: adds bf / z^2 times the depth row (0, 0, -1, -p_y, p_x, 0) of [-I,
-  // Skew(p_C)].
-  const double k = camera.bf() * iz * iz;
-  (*residual)[2] = u - camera.bf() * iz - o.u_right;
-  J.row(2) = J.row(0);
-  J(2, 2) -= k;
-  J(2, 3) -= k * p.y();
-  J(2, 4) += k * p.x();
-  return 3;
-}
-
 PoseEstimate OptimizePose(const RectifiedCamera& camera, const SE3& T_WC_start,
-                          const std::vector<PoseObservation>& observations,
+                          const std::vector<LandmarkObservation>& observations,
                           const std::optional<PosePrior>& prior) {
   PoseEstimate out;
   out.T_WC = observations.empty() && prior ? prior->T_WC : T_WC_start;
-  out.inlier.assign(observations.size(), 1);
-  std::vector<uint8_t> use(observations.size(), kPixelAndDepth);
-  out.num_inliers = static_cast<int>(observations.size());
   if (prior) out.prior_information = prior->information;
   if (observations.empty()) return out;
 
-  NormalEquations equations;
+  Optimizer optimizer(camera, observations, prior);
   for (int round = 0; round < kRounds; ++round) {
-    const bool robust = round < 2;
-    const auto linearize = [&](const SE3& T_WC) {
-      NormalEquations e = Linearize(camera, T_WC, observations, use, robust);
-      if (prior) AddPrior(*prior, T_WC, &e);
-      return e;
-    };
-    double damping = 1e-6;
-    equations = linearize(out.T_WC);
-    for (int iteration = 0; iteration < kIterations; ++iteration) {
-      Matrix6d A = equations.H;
-      A.diagonal() *= 1.0 + damping;
-      A.diagonal().array() += 1e-9;
-      const Vector6d step = -A.ldlt().solve(equations.g);
-      if (!step.allFinite()) break;
-      const SE3 T_WC_new = out.T_WC * SE3::Exp(step);
-      const NormalEquations next = linearize(T_WC_new);
-      if (next.cost > equations.cost * (1.0 + 1e-12)) {
-        damping *= 100;
-        if (damping > 1e6) break;
-        continue;
-      }
-      const bool converged = equations.cost - next.cost < 1e-5 * equations.cost;
-      out.T_WC = T_WC_new;
-      equations = next;
-      damping = std::max(damping * 0.1, 1e-9);
-      if (converged) break;
-    }
-
-    // Reclassify all observations at the new pose: an outlier may come back.
-    const SE3 T_CW = out.T_WC.inverse();
-    int changed = 0;
-    int num_inliers = 0;
-    double chi2_sum = 0;
-    int rows_sum = 0;
-    Eigen::Vector3d e;
-    Eigen::Matrix<double, 3, 6> J;
-    for (size_t i = 0; i < observations.size(); ++i) {
-      const int rows = ReprojectionResidual(camera, T_CW, observations[i], &e, &J);
-      const double w = observations[i].inverse_sigma2;
-      const double pixel = w * e.head<2>().squaredNorm();
-      const double depth = rows == 3 ? w * e[2] * e[2] : 0;
-      uint8_t now = kNotUsed;
-      if (rows > 0 && pixel <= kChi2Mono) now = depth <= kChi2Depth ? kPixelAndDepth : kPixelOnly;
-      changed += now != use[i];
-      use[i] = now;
-      out.inlier[i] = now != kNotUsed;
-      if (now != kNotUsed) {
-        ++num_inliers;
-        chi2_sum += pixel;
-        rows_sum += 2;
-      }
-    }
-    out.num_inliers = num_inliers;
-    out.mean_chi2 = rows_sum > 0 ? chi2_sum / rows_sum : 0;
-    if (num_inliers == 0 && !prior) break;
-    if (round >= 2 && changed == 0) break;
+    const bool robust = round < kRobustRounds;
+    out.T_WC = optimizer.Descend(out.T_WC, robust);
+    const int changed = optimizer.Classify(out.T_WC);
+    out.num_inliers = static_cast<int>(
+        std::count_if(optimizer.use().begin(), optimizer.use().end(), [](uint8_t u) { return u; }));
+    if (out.num_inliers == 0 && !prior) break;
+    if (!robust && changed == 0) break;
   }
-  out.vision_information = Linearize(camera, out.T_WC, observations, use, false).H;
+  out.inlier.reserve(observations.size());
+  for (const uint8_t use : optimizer.use()) out.inlier.push_back(use != kNotUsed);
+  out.vision_information = optimizer.OfVision(out.T_WC, false).H;
   return out;
 }
 

@@ -11,8 +11,8 @@
 #include <optional>
 
 #include "common/contract/dead_reckoning.h"
-#include "common/contract/dr_history.h"
 #include "common/contract/tracking.h"
+#include "common/good_weights/dr_history.h"
 
 namespace gw::dr_ekf {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/good_weights/quality.h"
+
 namespace gw::dr_ekf {
 namespace {
 

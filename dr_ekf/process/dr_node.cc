@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 
 namespace gw::dr_ekf {
 namespace {

@@ -8,8 +8,8 @@
 #include <limits>
 #include <utility>
 
-#include "common/contract/dr_history.h"
 #include "common/core/random.h"
+#include "common/good_weights/dr_history.h"
 #include "dr_ekf/test/robot_sim.h"
 
 namespace gw::dr_ekf {

@@ -8,8 +8,8 @@
 #include <array>
 #include <cstdio>
 
-#include "common/contract/dr_history.h"
 #include "common/core/random.h"
+#include "common/good_weights/dr_history.h"
 #include "dr_ekf/core/noise_model.h"
 #include "dr_ekf/test/robot_sim.h"
 

@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include "common/contract/dr_history.h"
 #include "common/core/random.h"
+#include "common/good_weights/dr_history.h"
 #include "dr_ekf/core/noise_model.h"
 #include "dr_ekf/test/robot_sim.h"
 

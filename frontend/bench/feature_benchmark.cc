@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "frontend/core/feature_frame.h"
-#include "frontend/core/image_test_pattern.h"
-#include "frontend/core/tum_geometry.h"
+#include "frontend/core/features/feature_frame.h"
+#include "frontend/core/features/image_test_pattern.h"
+#include "frontend/core/features/tum_geometry.h"
 
 namespace gw::frontend {
 namespace {

@@ -25,12 +25,12 @@
 #include <string>
 #include <vector>
 
-#include "frontend/core/depth_lookup.h"
-#include "frontend/core/descriptor_sampler.h"
-#include "frontend/core/feature_frame.h"
-#include "frontend/core/image_pyramid.h"
-#include "frontend/core/image_undistorter.h"
-#include "frontend/core/tum_geometry.h"
+#include "frontend/core/features/depth_lookup.h"
+#include "frontend/core/features/descriptor_sampler.h"
+#include "frontend/core/features/feature_frame.h"
+#include "frontend/core/features/image_pyramid.h"
+#include "frontend/core/features/image_undistorter.h"
+#include "frontend/core/features/tum_geometry.h"
 
 namespace gw::frontend {
 namespace {

@@ -14,7 +14,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "frontend/core/tracker.h"
+#include "frontend/core/tracking/tracker.h"
 
 namespace gw::frontend {
 namespace {

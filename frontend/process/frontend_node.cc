@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "common/camera/camera_model.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 
 namespace gw::frontend {
 namespace {

@@ -14,7 +14,7 @@
 #include "common/config/robot_config.h"
 #include "common/process/reliable.h"
 #include "common/process/shell.h"
-#include "frontend/core/tracker.h"
+#include "frontend/core/tracking/tracker.h"
 
 namespace gw::frontend {
 

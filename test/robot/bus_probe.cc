@@ -15,8 +15,8 @@
 #include "common/process/bus.h"
 #include "common/process/clock.h"
 #include "common/process/loop.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 
 namespace gw {
 namespace {

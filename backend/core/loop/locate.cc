@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "backend/core/loop/place_fit.h"
+#include "backend/core/map/keyframe_check.h"
 
 namespace gw::backend {
 namespace {
@@ -18,7 +19,7 @@ std::vector<KeyframeId> Candidates(const Map& map, const PlaceIndex& places,
                                    const PlaceQuery& query) {
   std::vector<KeyframeId> out;
   for (const PlaceScore& place : places.Query(query.descriptors)) {
-    if (out.size() == kMaxPlaces || place.num_matches < kFewestSights / 2) break;
+    if (out.size() == kMaxPlaces || place.num_matches < kFewestMatches / 2) break;
     if (!IsOneOf(map, out, place.keyframe)) out.push_back(place.keyframe);
   }
   return out;
@@ -44,7 +45,7 @@ PlaceMatch Locate(const Map& map, const MappingContext& context, const PlaceInde
   image.frame = std::move(frame);
 
   std::optional<PlaceFit> best;
-  size_t rival = 0;  // sights of the best fit elsewhere
+  size_t rival = 0;  // matches of the best fit elsewhere
   for (const KeyframeId candidate : Candidates(map, places, query)) {
     const auto fit = FitPlace(map, context, image, PlaceGroup(map, candidate),
                               static_cast<uint64_t>(query.utime.us));
@@ -53,21 +54,21 @@ PlaceMatch Locate(const Map& map, const MappingContext& context, const PlaceInde
       const SE3 apart = best->T_WC.inverse() * fit->T_WC;
       const bool elsewhere = apart.translation().norm() > kSamePoseDistance ||
                              LogSO3(apart.rotation()).norm() > kSamePoseAngle;
-      if (elsewhere) rival = std::max(rival, std::min(best->sights.size(), fit->sights.size()));
-      if (fit->sights.size() <= best->sights.size()) continue;
+      if (elsewhere) rival = std::max(rival, std::min(best->matches.size(), fit->matches.size()));
+      if (fit->matches.size() <= best->matches.size()) continue;
     }
     best = fit;
     out.keyframe = candidate;
   }
   if (!best ||
-      static_cast<double>(rival) > kRivalShare * static_cast<double>(best->sights.size())) {
+      static_cast<double>(rival) > kRivalShare * static_cast<double>(best->matches.size())) {
     out.keyframe = {};
     return out;
   }
   out.found = true;
   out.T_WC = best->T_WC;
   out.cov_T_WC = FitCovariance(*best);
-  out.num_sights = static_cast<int32_t>(best->sights.size());
+  out.num_sights = static_cast<int32_t>(best->matches.size());
   return out;
 }
 

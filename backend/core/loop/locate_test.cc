@@ -49,7 +49,7 @@ TEST_F(LocateTest, FindsThePlaceOfAnImage) {
   for (const int k : {kLap + 5, kLap + 18, kLap + 31}) {
     const PlaceMatch match = mapper_.Locate(See(world_, k));
     ASSERT_TRUE(match.found) << k;
-    EXPECT_GE(match.num_sights, kFewestSights);
+    EXPECT_GE(match.num_sights, kFewestMatches);
     EXPECT_LT((match.T_WC.inverse() * world_.TrueT_WC(k)).Log().norm(), 0.1) << k;
   }
 }
@@ -86,7 +86,7 @@ TEST_F(LocateTest, WhatIsAlikeInOnePartOfTheImageIsNoPlace) {
     seen.descriptors.push_back(here.descriptors[i]);
     ++poster;
   }
-  ASSERT_GT(poster, 2 * kFewestSights);
+  ASSERT_GT(poster, 2 * kFewestMatches);
   for (size_t i = 0; i < there.features.size(); ++i) {
     if (on_poster(there.features[i])) continue;
     seen.features.push_back(there.features[i]);

@@ -6,10 +6,11 @@
 #include <map>
 #include <set>
 
-#include "backend/core/dr_edge.h"
-#include "backend/core/dr_weights.h"
-#include "backend/core/fusion.h"
-#include "backend/core/landmark_state.h"
+#include "backend/core/bundle/connection.h"
+#include "backend/core/mapping/fusion.h"
+#include "backend/core/mapping/landmark_state.h"
+#include "common/core/covariance.h"
+#include "common/good_weights/edge_covariance.h"
 
 namespace gw::backend {
 namespace {
@@ -164,13 +165,11 @@ LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
     }
     const double alpha = DrEdgeScale(map, context, id, reference);
     if (alpha > 0) {
-      // alpha weighs against single sights in a bundle adjustment; against a loop, dead reckoning
-      // counts no more than its drift allows, or no loop across a weak span could ever close.
       const DrMotion motion =
           CameraMotion(*keyframe.frame.dr, context.camera.T_BC, context.dr_weight);
       job.graph.edges.push_back(
           {index.at(keyframe.frame.previous), to, motion.T_CaCb,
-           SqrtInformation(EdgeCovariance(motion, std::min(alpha, 1.0), context.variant)), -1});
+           SqrtInformation(LoopEdgeCovariance(motion, alpha, context.variant)), -1});
     } else if (ties.empty() && to > 0) {
       job.graph.edges.push_back({to - 1, to,
                                  job.graph.nodes[to - 1].T_WC.inverse() * keyframe.frame.T_WC,
@@ -197,14 +196,14 @@ void LoopCloser::Settle(Map& map, const MappingContext& context, const LoopGraph
       continue;
     }
     loops_.push_back(loop);
-    loops_.back().sights.clear();
+    loops_.back().matches.clear();
     if (!is_new) continue;
     ++counters_.closed;
     rest_until_ = result.newest.value + kRest;
     if (!InMap(map, loop)) continue;
-    std::vector<std::pair<int32_t, LandmarkId>> sights;
-    for (const auto& sight : loop.sights) sights.emplace_back(sight.feature, sight.landmark);
-    FuseSights(map, context, loop.newer, sights);
+    std::vector<std::pair<int32_t, LandmarkId>> matches;
+    for (const auto& match : loop.matches) matches.emplace_back(match.feature, match.landmark);
+    FuseMatches(map, context, loop.newer, matches);
     FuseGroups(map, context, PlaceGroup(map, loop.newer), PlaceGroup(map, loop.older));
   }
 }

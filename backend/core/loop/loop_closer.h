@@ -13,8 +13,8 @@
 
 #include "backend/core/loop/loop_detector.h"
 #include "backend/core/loop/pose_graph.h"
-#include "backend/core/map.h"
-#include "backend/core/mapping_context.h"
+#include "backend/core/map/map.h"
+#include "backend/core/map/mapping_context.h"
 #include "backend/core/place/place_index.h"
 
 namespace gw::backend {

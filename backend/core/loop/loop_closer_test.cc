@@ -138,8 +138,7 @@ TEST(LoopCloser, DeadReckoningRefusesALoopBeyondItsDrift) {
   World world(Forgetful());
   Mapper mapper = MakeMapper();
   for (int k = 0; k < 30; ++k) mapper.Insert(world.Make(k, mapper.map()));
-  const MappingContext context =
-      MappingContext::Make(BackendConfig{}, FrontendConfig{}, TestCamera());
+  const MappingContext context = MappingContext({}, {}, TestCamera());
   const auto chain = ChainDr(mapper.map(), context, {2}, {28});
   ASSERT_TRUE(chain);
   const SE3 truth = world.TrueT_WC(1).inverse() * world.TrueT_WC(27);
@@ -159,8 +158,7 @@ TEST(LoopCloser, ALoopFoundWrongLaterIsTakenBack) {
   drive.Run(world, 0, 25);
   ASSERT_TRUE(drive.jobs.empty());
   // A wrong loop between two far places, closed by force.
-  const MappingContext context =
-      MappingContext::Make(BackendConfig{}, FrontendConfig{}, TestCamera());
+  const MappingContext context = MappingContext({}, {}, TestCamera());
   Map map = drive.mapper.map();
   LoopCloser closer(map);
   Loop wrong;

@@ -6,7 +6,8 @@
 #include <numbers>
 #include <set>
 
-#include "backend/core/dr_edge.h"
+#include "common/core/covariance.h"
+#include "common/good_weights/camera_motion.h"
 
 namespace gw::backend {
 namespace {
@@ -157,7 +158,7 @@ std::optional<Loop> DetectLoop(const Map& map, const MappingContext& context,
     loop.older = candidate;
     loop.newer = newest->frame.id;
     loop.T_OlderNewer = map.FindKeyframe(candidate)->frame.T_WC.inverse() * fit->T_WC;
-    loop.sights = fit->sights;
+    loop.matches = fit->matches;
     loop.sqrt_information = SqrtInformation(cov);
     const auto chain = ChainDr(map, context, loop.older, loop.newer);
     if (chain && DrContradiction(*chain, loop.T_OlderNewer, cov) > kDrGate) {

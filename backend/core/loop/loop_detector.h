@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "backend/core/loop/place_fit.h"
-#include "backend/core/map.h"
-#include "backend/core/mapping_context.h"
+#include "backend/core/map/map.h"
+#include "backend/core/map/mapping_context.h"
 #include "backend/core/place/place_index.h"
 
 namespace gw::backend {
@@ -20,7 +20,7 @@ struct Loop {
   SE3 T_OlderNewer;  // camera poses
   Matrix6d sqrt_information = Matrix6d::Identity();
   // What `newer` sees of the older part: to be fused once the poses agree.
-  std::vector<PlaceFit::Sight> sights;
+  std::vector<PlaceFit::Match> matches;
 };
 
 struct LoopCounters {

@@ -5,9 +5,9 @@
 #include <array>
 #include <map>
 
-#include "backend/core/matching.h"
-#include "backend/core/seen_landmarks.h"
-#include "common/contract/nearest_two.h"
+#include "backend/core/map/seen_landmarks.h"
+#include "backend/core/mapping/matching.h"
+#include "common/vision/descriptor_pairing.h"
 #include "common/vision/pose_optimizer.h"
 #include "common/vision/pose_ransac.h"
 
@@ -15,8 +15,6 @@ namespace gw::backend {
 namespace {
 
 constexpr uint64_t kStream = 0x706C6163;
-constexpr int kMaxDistance = 60;     // Hamming, of a pair before geometry
-constexpr double kMaxRatio = 0.85;   // best to second best landmark
 constexpr int kFewestAgreeing = 12;  // pairs that RANSAC must reconcile
 constexpr int kGuidedRounds = 2;
 constexpr double kFloorTranslation = 0.01;  // m
@@ -26,32 +24,6 @@ std::vector<const Landmark*> LandmarksOf(const Map& map, const std::vector<Keyfr
   std::vector<const Landmark*> out;
   for (const LandmarkId id : SeenLandmarks(map, group)) out.push_back(map.FindLandmark(id));
   return out;
-}
-
-// Features with depth and the landmarks they look like, each landmark at most once.
-std::vector<PointPair> PairUp(const MappingContext& context, const Keyframe& image,
-                              const std::vector<const Landmark*>& landmarks) {
-  struct Best {
-    int distance = 257;
-    size_t feature = 0;
-  };
-  std::vector<Best> best_of(landmarks.size());
-  for (size_t i = 0; i < image.features.size(); ++i) {
-    if (!image.features[i].has_depth()) continue;
-    const NearestTwo near = FindNearestTwo(image.descriptors[i], landmarks);
-    if (near.best > kMaxDistance || near.best > kMaxRatio * near.second) continue;
-    if (near.best < best_of[near.index].distance) best_of[near.index] = {near.best, i};
-  }
-  std::vector<PointPair> pairs;
-  for (size_t k = 0; k < landmarks.size(); ++k) {
-    if (best_of[k].distance > kMaxDistance) continue;
-    const Feature& f = image.features[best_of[k].feature];
-    pairs.push_back({context.camera.Unproject(f.u, f.v, f.depth),
-                     landmarks[k]->p_W,
-                     {f.u, f.v},
-                     4.0 * context.level_scale[f.level]});
-  }
-  return pairs;
 }
 
 struct GuidedMatch {
@@ -64,14 +36,13 @@ std::map<int, GuidedMatch> SearchGuided(const MappingContext& context, const Map
                                         const std::vector<const Landmark*>& landmarks,
                                         const SE3& T_WC, int* num_expected) {
   std::map<int, GuidedMatch> out;
-  std::vector<int> scratch;
   const SE3 T_CW = T_WC.inverse();
   *num_expected = 0;
   for (const Landmark* landmark : landmarks) {
-    const auto expected = Sight(context, *landmark, T_WC, T_CW);
+    const auto expected = Project(context, *landmark, T_WC, T_CW);
     if (!expected) continue;
     ++*num_expected;
-    const int feature = FindFeature(context, *landmark, *expected, image, scratch);
+    const int feature = FindFeature(context, *landmark, *expected, image);
     if (feature < 0) continue;
     const int distance = HammingDistance(landmark->descriptor, image.frame.descriptors[feature]);
     GuidedMatch& match = out[feature];
@@ -96,11 +67,11 @@ double Coverage(const MappingContext& context, const MapKeyframe& image,
   std::array<int, kColumns * kRows> seen{};
   const SE3 T_CW = fit.T_WC.inverse();
   for (const Landmark* landmark : landmarks) {
-    const auto sight = Sight(context, *landmark, fit.T_WC, T_CW);
-    if (sight) ++expected[cell(sight->uv.x(), sight->uv.y())];
+    const auto projection = Project(context, *landmark, fit.T_WC, T_CW);
+    if (projection) ++expected[cell(projection->uv.x(), projection->uv.y())];
   }
-  for (const PlaceFit::Sight& sight : fit.sights) {
-    const Feature& f = image.frame.features[sight.feature];
+  for (const PlaceFit::Match& match : fit.matches) {
+    const Feature& f = image.frame.features[match.feature];
     ++seen[cell(f.u, f.v)];
   }
   int asked = 0, answered = 0;
@@ -110,12 +81,6 @@ double Coverage(const MappingContext& context, const MapKeyframe& image,
     answered += seen[i] >= kSeenInCell ? 1 : 0;
   }
   return asked > 0 ? static_cast<double>(answered) / asked : 0;
-}
-
-PoseObservation Observe(const MappingContext& context, const Feature& f,
-                        const Eigen::Vector3d& p_W) {
-  const double scale = context.level_scale[f.level];
-  return {p_W, f.u, f.v, f.u_right, f.has_depth(), 1.0 / (scale * scale)};
 }
 
 }  // namespace
@@ -128,7 +93,7 @@ Matrix6d FitCovariance(const PlaceFit& fit) {
 }
 
 bool SeesItsShare(const PlaceFit& fit) {
-  return static_cast<double>(fit.sights.size()) >= kFewestShare * fit.num_expected;
+  return static_cast<double>(fit.matches.size()) >= kFewestShare * fit.num_expected;
 }
 
 bool SeesAllAround(const PlaceFit& fit) {
@@ -154,30 +119,33 @@ std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
                                  const MapKeyframe& image, const std::vector<KeyframeId>& group,
                                  uint64_t seed) {
   const std::vector<const Landmark*> landmarks = LandmarksOf(map, group);
-  const auto hypothesis = FindPose(context.camera, PairUp(context, image.frame, landmarks),
-                                   kFewestAgreeing, CounterRng(seed, kStream, 0));
+  const auto pairs = PairDescriptors(context.camera, context.pyramid, image.frame.features,
+                                     image.frame.descriptors, landmarks);
+  const auto hypothesis =
+      FindPose(context.camera, pairs, kFewestAgreeing, CounterRng(seed, kStream, 0));
   if (!hypothesis) return std::nullopt;
   PlaceFit out;
   out.T_WC = hypothesis->T_WC;
   for (int round = 0; round < kGuidedRounds; ++round) {
-    const auto matches = SearchGuided(context, image, landmarks, out.T_WC, &out.num_expected);
-    std::vector<PoseObservation> observations;
-    std::vector<PlaceFit::Sight> sights;
-    for (const auto& [feature, match] : matches) {
-      observations.push_back(Observe(context, image.frame.features[feature], match.landmark->p_W));
-      sights.push_back({feature, match.landmark->id});
+    const auto guided = SearchGuided(context, image, landmarks, out.T_WC, &out.num_expected);
+    std::vector<LandmarkObservation> observations;
+    std::vector<PlaceFit::Match> matches;
+    for (const auto& [feature, match] : guided) {
+      observations.push_back(
+          {match.landmark->p_W, PixelOf(image.frame.features[feature], context.pyramid)});
+      matches.push_back({feature, match.landmark->id});
     }
-    if (static_cast<int>(sights.size()) < kFewestAgreeing) return std::nullopt;
+    if (static_cast<int>(matches.size()) < kFewestAgreeing) return std::nullopt;
     const PoseEstimate estimate =
         OptimizePose(context.camera, out.T_WC, observations, std::nullopt);
     out.T_WC = estimate.T_WC;
     out.information = estimate.vision_information;
-    out.sights.clear();
-    for (size_t i = 0; i < sights.size(); ++i) {
-      if (estimate.inlier[i] != 0) out.sights.push_back(sights[i]);
+    out.matches.clear();
+    for (size_t i = 0; i < matches.size(); ++i) {
+      if (estimate.inlier[i] != 0) out.matches.push_back(matches[i]);
     }
   }
-  if (static_cast<int>(out.sights.size()) < kFewestSights || !out.T_WC.IsFinite()) {
+  if (static_cast<int>(out.matches.size()) < kFewestMatches || !out.T_WC.IsFinite()) {
     return std::nullopt;
   }
   out.coverage = Coverage(context, image, landmarks, out);

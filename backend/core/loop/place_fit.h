@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "backend/core/map.h"
-#include "backend/core/mapping_context.h"
+#include "backend/core/map/map.h"
+#include "backend/core/map/mapping_context.h"
 
 namespace gw::backend {
 
@@ -14,21 +14,21 @@ struct PlaceFit {
   SE3 T_WC;  // of the image, in the map as it stands
   Matrix6d information =
       Matrix6d::Zero();  // of the right perturbation; the landmarks taken as exact
-  struct Sight {
+  struct Match {
     int32_t feature = 0;
     LandmarkId landmark;
   };
-  std::vector<Sight> sights;  // that agree with the pose; sorted by feature
-  int num_expected = 0;       // landmarks of the group that should be in sight
+  std::vector<Match> matches;  // that agree with the pose; sorted by feature
+  int num_expected = 0;        // landmarks of the group that should be in sight
   // Share of the parts of the image that should show landmarks and do, [0, 1]. A floor or a poster
-  // that is in two places gives many sights, but not of what surrounds it.
+  // that is in two places gives many matches, but not of what surrounds it.
   double coverage = 0;
 };
 
-// A fit counts from this many sights on. Enough for a loop when it sees this share of what it
+// A fit counts from this many matches on. Enough for a loop when it sees this share of what it
 // should; for an answer that dead reckoning will be asked to confirm, when it sees this share of
 // the image's parts (docs/adr/0009-loops-and-relocalisation.md has the numbers).
-inline constexpr int kFewestSights = 30;
+inline constexpr int kFewestMatches = 30;
 inline constexpr double kFewestShare = 0.25;
 inline constexpr double kFewestCoverage = 0.6;
 bool SeesItsShare(const PlaceFit& fit);
@@ -47,7 +47,7 @@ std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
 Matrix6d FitCovariance(const PlaceFit& fit);
 
 // Whether the keyframe shows a place that one of `places` shows: one of each is enough to try.
-inline constexpr int kSamePlaceShared = 15;  // landmarks that two sights of one place share
+inline constexpr int kSamePlaceShared = 15;  // landmarks that two views of one place share
 bool IsOneOf(const Map& map, const std::vector<KeyframeId>& places, KeyframeId keyframe);
 
 // `centre` and the keyframes that share most landmarks with it, at most kGroupSize.

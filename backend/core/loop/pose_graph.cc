@@ -8,7 +8,7 @@
 #include <deque>
 #include <utility>
 
-#include "backend/core/ceres_blocks.h"
+#include "backend/core/bundle/ceres_blocks.h"
 
 namespace gw::backend {
 namespace {

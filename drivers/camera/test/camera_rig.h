@@ -12,10 +12,10 @@
 
 #include "common/process/bus.h"
 #include "common/process/file_handle.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "drivers/camera/device/camera_node.h"
 #include "drivers/common/bytes.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
 #include "test/emulators/camera/dot_projector.h"
 #include "test/emulators/camera/emulated_camera.h"
 #include "test/emulators/camera/fake_system.h"

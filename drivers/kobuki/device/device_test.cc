@@ -19,9 +19,9 @@
 #include <functional>
 
 #include "common/process/clock.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "drivers/kobuki/device/kobuki_node.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
 #include "test/emulators/kobuki/pty_base.h"
 
 namespace gw::kobuki {

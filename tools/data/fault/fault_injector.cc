@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/data/fault/image_faults.h"
 #include "tools/data/fault/motion_faults.h"
 

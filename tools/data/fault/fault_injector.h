@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/wire.h"
 #include "tools/data/fault/fault_plan.h"
 
 namespace gw::fault {

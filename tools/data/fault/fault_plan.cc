@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/data/files/format.h"
 
 namespace gw::fault {

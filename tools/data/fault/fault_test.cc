@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/data/fault/apply_faults.h"
 #include "tools/data/log/inspect.h"
 

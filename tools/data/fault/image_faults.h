@@ -1,7 +1,7 @@
 // Faults of the camera.
 #pragma once
 
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/wire.h"
 #include "tools/data/fault/fault_injector.h"
 
 namespace gw::fault {

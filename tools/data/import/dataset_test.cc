@@ -6,8 +6,8 @@
 
 #include "common/camera/camera_model.h"
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/data/import/cid_sims.h"
 #include "tools/data/import/euroc.h"
 #include "tools/data/import/kitti.h"

@@ -8,8 +8,8 @@
 
 #include "common/config/loader.h"
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/data/import/image_file.h"
 #include "tools/data/import/test_folder.h"
 #include "tools/data/log/inspect.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "common/contract/dr_history.h"
+#include "common/good_weights/dr_history.h"
 #include "tools/data/import/trajectory.h"
 
 namespace gw::importer {

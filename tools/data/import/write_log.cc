@@ -5,8 +5,8 @@
 
 #include "common/config/loader.h"
 #include "common/config/writer.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/data/files/format.h"
 #include "tools/data/log/safe_log_writer.h"
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/data/log/log_clock.h"
 #include "tools/data/log/safe_log_writer.h"
 

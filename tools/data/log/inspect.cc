@@ -5,8 +5,8 @@
 #include <tuple>
 
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/data/files/format.h"
 #include "tools/data/files/json.h"
 

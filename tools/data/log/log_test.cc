@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/data/log/cut.h"
 #include "tools/data/log/inspect.h"
 #include "tools/data/log/log_clock.h"

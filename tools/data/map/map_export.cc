@@ -4,7 +4,7 @@
 #include <cinttypes>
 #include <map>
 
-#include "backend/core/dr_edge.h"
+#include "common/good_weights/camera_motion.h"
 #include "tools/data/files/format.h"
 
 namespace gw::tools {
@@ -81,7 +81,7 @@ std::string G2oText(const backend::LoadedMap& loaded, int min_shared) {
     const Keyframe& f = keyframe.frame;
     if (f.dr && map.FindKeyframe(f.previous) != nullptr) {
       const SE3 T_BC = BodyPose(loaded, f).inverse() * f.T_WC;
-      const backend::DrMotion motion = backend::CameraMotion(*f.dr, T_BC, DrWeightConfig());
+      const DrMotion motion = CameraMotion(*f.dr, T_BC, DrWeightConfig());
       const double alpha = keyframe.dr_alpha > 0 ? keyframe.dr_alpha : 1.0;
       out += G2oEdge(f.previous, id, motion.T_CaCb, alpha * motion.cov.inverse());
     }

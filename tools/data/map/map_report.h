@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "backend/core/map_check.h"
+#include "backend/core/map/map_check.h"
 #include "backend/journal/load.h"
 #include "common/core/result.h"
 

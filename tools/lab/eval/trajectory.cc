@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/data/files/text_file.h"
 
 namespace gw::eval {

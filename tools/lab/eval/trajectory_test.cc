@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 
 namespace gw::eval {
 namespace {

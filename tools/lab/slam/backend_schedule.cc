@@ -7,7 +7,7 @@ namespace {
 
 // Log time that a global BA takes: measured 6 to 7 us of CPU time (300 keyframes, docs/results.md);
 // live it shares its cores.
-constexpr int64_t kGlobalUsPerSighting = 10;
+constexpr int64_t kGlobalUsPerObservation = 10;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void BackendSchedule::StartGlobal(Utime now) {
   const auto job = mapper_.BuildGlobalJob();
   if (!job) return;
   global_ = backend::SolveLocalBa(*job);
-  global_ends_ = now + DurationUs{kGlobalUsPerSighting * std::ssize(job->sightings)};
+  global_ends_ = now + DurationUs{kGlobalUsPerObservation * std::ssize(job->observations)};
 }
 
 std::optional<MapUpdate> BackendSchedule::EndJob() {

@@ -1,8 +1,8 @@
 #include "tools/lab/slam/dr_only.h"
 
-#include "common/contract/dr_history.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/good_weights/dr_history.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 
 namespace gw::tools {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "common/config/writer.h"
 #include "common/core/version.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/data/files/format.h"
 #include "tools/data/files/hash_file.h"
 #include "tools/data/files/json.h"

@@ -14,7 +14,7 @@
 #include "common/config/loader.h"
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/data/files/text_file.h"
 #include "tools/lab/slam/dr_report.h"
 #include "tools/lab/slam/laps.h"

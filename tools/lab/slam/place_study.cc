@@ -25,10 +25,10 @@
 #include "common/config/loader.h"
 #include "common/core/random.h"
 #include "common/process/event_log.h"
-#include "frontend/core/feature_frame.h"
-#include "frontend/core/orb_extractor.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
+#include "frontend/core/features/feature_frame.h"
+#include "frontend/core/features/orb_extractor.h"
 
 namespace gw::tools {
 namespace {

@@ -14,8 +14,8 @@
 
 #include "common/config/writer.h"
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 
 namespace gw::tools {
 namespace {

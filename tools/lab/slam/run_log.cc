@@ -1,6 +1,6 @@
 #include "tools/lab/slam/run_log.h"
 
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 
 namespace gw::tools {
 

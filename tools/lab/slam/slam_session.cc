@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 
 namespace gw::tools {
 namespace {

@@ -11,11 +11,11 @@
 
 #include "common/camera/camera_model.h"
 #include "common/config/robot_config.h"
-#include "common/contract/dr_history.h"
+#include "common/good_weights/dr_history.h"
 #include "common/process/event_log.h"
+#include "common/wire/wire.h"
 #include "dr_ekf/core/dr_filter.h"
-#include "frontend/core/tracker.h"
-#include "lcmtypes/wire/wire.h"
+#include "frontend/core/tracking/tracker.h"
 #include "tools/lab/slam/backend_schedule.h"
 
 namespace gw::tools {

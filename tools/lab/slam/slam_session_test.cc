@@ -13,7 +13,7 @@
 
 #include "common/core/random.h"
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/lab/slam/run_log.h"
 #include "tools/lab/slam/slam_output.h"
 #include "tools/lab/slam/variant.h"

@@ -10,7 +10,7 @@
 
 #include "common/core/format.h"
 #include "common/core/version.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/lab/measure/measures.h"
 #include "tools/lab/plot/svg.h"
 #include "tools/lab/study/study.h"

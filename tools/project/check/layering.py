@@ -11,7 +11,7 @@ import sys
 # folder prefix (longest match wins) -> (our folders it may include, third-party headers it must not)
 LAYERS = {
     "common/core": ([], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono"),
-    "common/camera": (["common/core", "common/config/fields.h"], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|chrono"),
+    "common/camera": (["common/core", "common/core/fields.h"], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|chrono"),
     "common/contract": (["common/core", "common/camera"], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|chrono"),
     "common/vision": (["common/core", "common/camera"],
                       r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),

@@ -10,8 +10,8 @@
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/robot/calibrate/refine_stereo.h"
 #include "tools/robot/calibrate/stereo_tracks.h"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "frontend/core/image_test_pattern.h"
+#include "frontend/core/features/image_test_pattern.h"
 
 namespace gw::tools {
 namespace {

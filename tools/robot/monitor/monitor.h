@@ -11,7 +11,7 @@
 #include "common/contract/tracking.h"
 #include "common/core/result.h"
 #include "common/process/bus.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/wire.h"
 
 namespace gw::tools {
 

@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "common/core/exit_code.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 
 namespace gw::navigate {
 namespace {

@@ -19,8 +19,8 @@
 #include "common/process/bus.h"
 #include "common/process/clock.h"
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/data/import/test_folder.h"
 
 namespace gw::record {

@@ -4,8 +4,8 @@
 #include <system_error>
 
 #include "common/config/writer.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 
 namespace gw::record {
 namespace {

@@ -1,7 +1,7 @@
 #include "tools/sim/demo/image_samples.h"
 
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 
 namespace gw::demo {
 

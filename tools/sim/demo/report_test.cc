@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "common/process/bus.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
+#include "common/wire/channels.h"
+#include "common/wire/wire.h"
 #include "tools/sim/demo/base64.h"
 #include "tools/sim/demo/charts.h"
 

@@ -16,7 +16,7 @@
 #include "common/process/bus.h"
 #include "common/process/clock.h"
 #include "common/process/event_log.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/robot/floorplan/floor_map.h"
 #include "tools/robot/floorplan/planner.h"
 #include "tools/sim/sim/scenario.h"

@@ -8,7 +8,7 @@
 #include "common/core/format.h"
 #include "common/core/random.h"
 #include "common/core/version.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/robot/floorplan/planner.h"
 
 namespace gw::sim {

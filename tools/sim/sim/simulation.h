@@ -14,9 +14,9 @@
 
 #include "common/config/robot_config.h"
 #include "common/core/result.h"
+#include "common/wire/wire.h"
 #include "drivers/kobuki/core/command_shaper.h"
 #include "drivers/kobuki/core/safety_guard.h"
-#include "lcmtypes/wire/wire.h"
 #include "tools/robot/floorplan/floor_map.h"
 #include "tools/robot/floorplan/waypoints.h"
 #include "tools/sim/sim/base.h"

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/core/hash.h"
-#include "lcmtypes/wire/channels.h"
+#include "common/wire/channels.h"
 #include "tools/robot/floorplan/test_room.h"
 
 namespace gw::sim {

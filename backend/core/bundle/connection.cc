@@ -1,0 +1,87 @@
+#include "backend/core/bundle/connection.h"
+
+#include <algorithm>
+
+#include "common/good_weights/alpha.h"
+#include "common/good_weights/quality.h"
+
+namespace gw::backend {
+namespace {
+
+bool HasDepth(const Map& map, const Observation& observation) {
+  const auto& features = map.FindKeyframe(observation.keyframe)->frame.features;
+  const auto index = static_cast<size_t>(observation.feature_index);
+  return index < features.size() && features[index].has_depth();
+}
+
+// Lack of quality of the edge that ends at `to`; a keyframe without an edge lacks nothing.
+double Lack(const Map& map, const MapKeyframe& to, double reference) {
+  return to.frame.previous.valid() ? 1.0 - QualityOfEdge(map, to.frame.id, reference) : 0.0;
+}
+
+}  // namespace
+
+int SharedCloseLandmarks(const Map& map, KeyframeId a, KeyframeId b) {
+  int shared = 0;
+  for (const LandmarkId id : map.FindKeyframe(a)->frame.landmarks) {
+    if (!id.valid()) continue;
+    const std::vector<Observation>& seen = map.FindLandmark(id)->observations;
+    const auto by_keyframe = [](const Observation& o, KeyframeId k) { return o.keyframe < k; };
+    const auto in_b = std::lower_bound(seen.begin(), seen.end(), b, by_keyframe);
+    if (in_b == seen.end() || in_b->keyframe != b) continue;
+    const auto in_a = std::lower_bound(seen.begin(), seen.end(), a, by_keyframe);
+    shared += HasDepth(map, *in_a) || HasDepth(map, *in_b);
+  }
+  return shared;
+}
+
+double QualityOfEdge(const Map& map, KeyframeId to, double connection_reference) {
+  const MapKeyframe& keyframe = map.keyframes().at(to);
+  const double shared = map.FindKeyframe(keyframe.frame.previous) == nullptr
+                            ? 0
+                            : SharedCloseLandmarks(map, to, keyframe.frame.previous);
+  return EdgeQuality(shared, connection_reference, keyframe.frame.q);
+}
+
+double SmoothedLack(const Map& map, KeyframeId to, double connection_reference) {
+  const MapKeyframe* const centre = map.FindKeyframe(to);
+  double largest = Lack(map, *centre, connection_reference);
+  for (const bool forward : {false, true}) {
+    const MapKeyframe* at = centre;
+    for (int hops = 1; hops <= kSmoothingHops; ++hops) {
+      at = map.FindKeyframe(forward ? at->next : at->frame.previous);
+      if (at == nullptr) break;
+      largest = std::max(largest, LackReaching(Lack(map, *at, connection_reference), hops));
+    }
+  }
+  return largest;
+}
+
+double ConnectionReference(const Map& map, const DrWeightConfig& config) {
+  std::vector<int> counts;
+  for (auto it = map.keyframes().rbegin(); it != map.keyframes().rend(); ++it) {
+    const MapKeyframe& keyframe = it->second;
+    const MapKeyframe* previous = map.FindKeyframe(keyframe.frame.previous);
+    if (previous == nullptr || keyframe.frame.num_tracked < config.n_trk_ref ||
+        previous->frame.num_tracked < config.n_trk_ref) {
+      continue;
+    }
+    counts.push_back(SharedCloseLandmarks(map, it->first, keyframe.frame.previous));
+    if (counts.size() == kReferenceKeyframes) break;
+  }
+  if (counts.size() < 3) return kInitialConnectionReference;
+  const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2);
+  std::nth_element(counts.begin(), middle, counts.end());
+  return std::max(kInitialConnectionReference, *middle);
+}
+
+double DrEdgeScale(const Map& map, const MappingContext& context, KeyframeId to,
+                   double connection_reference) {
+  const MapKeyframe& keyframe = *map.FindKeyframe(to);
+  if (!keyframe.frame.dr || map.FindKeyframe(keyframe.frame.previous) == nullptr) return 0;
+  if (keyframe.dr_alpha > 0) return keyframe.dr_alpha;
+  const double q = 1.0 - SmoothedLack(map, to, connection_reference);
+  return EdgeScale(context.variant, q, context.dr_weight);
+}
+
+}  // namespace gw::backend

@@ -1,0 +1,32 @@
+#include "common/good_weights/covariance.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "common/core/covariance.h"
+
+namespace gw {
+
+Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config) {
+  const double frames = 30.0 * interval.seconds();
+  const double sigma_t = config.sigma_trans_m_per_frame;
+  const double sigma_r = config.sigma_rot_deg_per_frame * std::numbers::pi / 180.0;
+  Vector6d variance;
+  variance << Eigen::Vector3d::Constant(sigma_t * sigma_t),
+      Eigen::Vector3d::Constant(sigma_r * sigma_r);
+  return (frames * variance).asDiagonal();
+}
+
+Matrix6d DrCovariance(DurationUs interval, const Matrix6d& reported, const DrWeightConfig& config) {
+  return LargerCovariance(NominalCovariance(interval, config), reported);
+}
+
+Matrix6d ScaledCovariance(const Matrix6d& cov, const DrScale& alpha, const Matrix6d& honest) {
+  Vector6d root;
+  root << Eigen::Vector3d::Constant(1 / std::sqrt(alpha.translation)),
+      Eigen::Vector3d::Constant(1 / std::sqrt(alpha.rotation));
+  const Matrix6d scaled = root.asDiagonal() * cov * root.asDiagonal();
+  return honest.isZero(0) ? scaled : LargerCovariance(scaled, honest);
+}
+
+}  // namespace gw

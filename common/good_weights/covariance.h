@@ -1,0 +1,28 @@
+// What a motion by dead reckoning (DR) is worth before and after alpha: nominal, reported and
+// scaled covariances (docs/method.md, section 3.3). One definition for the prior of an image, the
+// edges of local and global bundle adjustment and of the pose graph.
+//
+// Covariances are those of a right perturbation [translation; rotation] of the motion; m^2, rad^2.
+#pragma once
+
+#include "common/config/dr_weight_config.h"
+#include "common/core/se3.h"
+#include "common/core/time.h"
+#include "common/good_weights/alpha.h"
+
+namespace gw {
+
+// Sigma_d0 of an interval: diag(sigma_t^2, sigma_r^2) of the configuration for each 1/30 s of it,
+// the period of the paper's frames. interval > 0.
+Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config);
+
+// Sigma_d: the larger of nominal and reported covariance, in every direction. reported: what the DR
+// filter says of the interval, positive semi-definite; zero: nothing.
+Matrix6d DrCovariance(DurationUs interval, const Matrix6d& reported, const DrWeightConfig& config);
+
+// Covariance of a motion that counts with the scale alpha > 0: Sigma_d / alpha, per block. It is
+// not below `honest`: blind vision is no reason to believe dead reckoning more than it does itself
+// (docs/adr/0012-no-more-than-dr-knows.md). honest: zero where the scale stands as it is.
+Matrix6d ScaledCovariance(const Matrix6d& cov, const DrScale& alpha, const Matrix6d& honest);
+
+}  // namespace gw

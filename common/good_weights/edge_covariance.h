@@ -1,0 +1,30 @@
+// How strongly dead reckoning (DR) ties two keyframes that follow each other: the covariance of
+// their edge in local bundle adjustment, in the pose graph of loops and in global bundle adjustment
+// (docs/method.md, section 3.4).
+#pragma once
+
+#include "common/config/dr_weight_config.h"
+#include "common/core/se3.h"
+#include "common/good_weights/camera_motion.h"
+
+namespace gw {
+
+// Sigma_d / alpha, alpha > 0. Where alpha follows the quality of tracking, the edge is not believed
+// more than the filter believes itself (docs/adr/0012-no-more-than-dr-knows.md).
+Matrix6d EdgeCovariance(const DrMotion& motion, double alpha, Variant variant);
+
+// Against a loop an edge counts no more than its drift allows, whatever alpha makes of it against
+// single observations: no loop across a weak span could ever close else.
+Matrix6d LoopEdgeCovariance(const DrMotion& motion, double alpha, Variant variant);
+
+// In a bundle adjustment of the whole map, where observations count as if their errors were
+// independent. Over a lap they are not, and what alpha says of one image is no measure of it: where
+// alpha follows the quality of tracking and the filter reports a covariance, the way of DR counts
+// for all it knows (as for a blind image), and as much more as the observations count too much
+// (VisionInflation). Its turn counts as in local bundle adjustment: the errors of headings that
+// follow each other are one bias, which edges that are independent of each other would take for
+// knowledge (docs/adr/0015-dead-reckoning-in-global-ba.md).
+Matrix6d WholeMapEdgeCovariance(const DrMotion& motion, double alpha, Variant variant,
+                                const DrWeightConfig& config);
+
+}  // namespace gw

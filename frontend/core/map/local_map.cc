@@ -1,0 +1,191 @@
+#include "frontend/core/map/local_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gw::frontend {
+
+LocalMap::LocalMap(const RectifiedCamera& camera, const Pyramid& pyramid)
+    : camera_(camera), pyramid_(pyramid) {}
+
+void LocalMap::AddKeyframe(const Keyframe& keyframe) {
+  ReplicaKeyframe& entry = keyframes_[keyframe.id];
+  entry.T_WC = keyframe.T_WC;
+  entry.utime = keyframe.utime;
+  entry.landmarks.clear();
+  for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
+    const LandmarkId id = keyframe.landmarks[i];
+    if (!id.valid()) continue;
+    entry.landmarks.push_back(id);
+    if (id.creator() == keyframe.id) {
+      const Feature& f = keyframe.features[i];
+      const Eigen::Vector3d p_C = camera_.Unproject(f.u, f.v, f.depth);
+      MapPoint& point = points_[id.value];
+      point.id = id;
+      point.p_W = keyframe.T_WC * p_C;
+      point.normal_W = (point.p_W - keyframe.T_WC.translation()).normalized();
+      const double max_distance = pyramid_.MaxDistance(p_C.norm(), f.level);
+      point.max_distance = static_cast<float>(max_distance);
+      point.min_distance = static_cast<float>(pyramid_.MinDistance(max_distance));
+      point.descriptor = keyframe.descriptors[i];
+      point.observers = {keyframe.id};
+    } else if (const auto it = points_.find(id.value); it != points_.end()) {
+      std::vector<KeyframeId>& observers = it->second.observers;
+      if (observers.empty() || observers.back() < keyframe.id) observers.push_back(keyframe.id);
+    }
+  }
+}
+
+void LocalMap::Upsert(const LandmarkUpdate& update) {
+  MapPoint& point = points_[update.id.value];
+  point.id = update.id;
+  point.p_W = update.p_W;
+  point.normal_W = update.normal_W;
+  point.min_distance = update.min_distance;
+  point.max_distance = update.max_distance;
+  point.descriptor = update.descriptor;
+  std::vector<KeyframeId> observers;
+  observers.reserve(update.observations.size() + 1);
+  for (const Observation& o : update.observations) observers.push_back(o.keyframe);
+  // Own keyframes that the back-end has not seen yet still observe it.
+  for (const KeyframeId id : point.observers) {
+    if (observers.empty() || id > observers.back()) observers.push_back(id);
+  }
+  for (const KeyframeId id : observers) {
+    if (std::binary_search(point.observers.begin(), point.observers.end(), id)) continue;
+    const auto keyframe = keyframes_.find(id);
+    if (keyframe != keyframes_.end()) keyframe->second.landmarks.push_back(update.id);
+  }
+  point.observers = std::move(observers);
+}
+
+// Keyframes that the back-end did not know yet, and their landmarks, move with the newest one it
+// knew.
+void LocalMap::MovePending(const MapUpdate& update, const std::map<KeyframeId, SE3>& poses_before) {
+  const auto anchor = keyframes_.find(update.newest_keyframe);
+  const auto before = poses_before.find(update.newest_keyframe);
+  if (anchor == keyframes_.end() || before == poses_before.end()) return;
+  const SE3 T_correction = anchor->second.T_WC * before->second.inverse();
+  for (auto it = std::next(anchor); it != keyframes_.end(); ++it) {
+    it->second.T_WC = T_correction * it->second.T_WC;
+    for (const LandmarkId id : it->second.landmarks) {
+      if (id.creator() != it->first) continue;
+      const auto point = points_.find(id.value);
+      if (point == points_.end()) continue;
+      point->second.p_W = T_correction * point->second.p_W;
+      point->second.normal_W = T_correction.rotation() * point->second.normal_W;
+    }
+  }
+}
+
+bool LocalMap::Apply(const MapUpdate& update) {
+  if (!update.snapshot) {
+    if (update.revision <= revision_) return true;
+    if (update.base_revision != revision_) return false;
+  }
+  std::map<KeyframeId, SE3> poses_before;
+  if (update.snapshot) {
+    // Keep own keyframes that the back-end has not seen; everything else comes with the snapshot.
+    for (auto it = keyframes_.begin(); it != keyframes_.end();) {
+      it = it->first <= update.newest_keyframe ? keyframes_.erase(it) : std::next(it);
+    }
+    std::erase_if(points_, [&](const auto& entry) {
+      return LandmarkId{entry.first}.creator() <= update.newest_keyframe;
+    });
+  }
+  for (const KeyframeUpdate& k : update.keyframes) {
+    ReplicaKeyframe& entry = keyframes_[k.id];
+    poses_before[k.id] = entry.T_WC;
+    entry.T_WC = k.T_WC;
+    entry.utime = k.utime;
+  }
+  if (!update.snapshot) MovePending(update, poses_before);
+  for (const LandmarkUpdate& l : update.landmarks) Upsert(l);
+  for (const LandmarkMerge& m : update.merged_landmarks) points_.erase(m.from.value);
+  for (const LandmarkId id : update.removed_landmarks) points_.erase(id.value);
+  for (const KeyframeRemoval& k : update.removed_keyframes) keyframes_.erase(k.id);
+  revision_ = update.revision;
+  return true;
+}
+
+const MapPoint* LocalMap::Find(LandmarkId id) const {
+  const auto it = points_.find(id.value);
+  return it == points_.end() ? nullptr : &it->second;
+}
+
+int LocalMap::NumLandmarks(KeyframeId id) const {
+  const auto keyframe = keyframes_.find(id);
+  if (keyframe == keyframes_.end()) return 0;
+  const auto& named = keyframe->second.landmarks;
+  return static_cast<int>(
+      std::count_if(named.begin(), named.end(), [&](LandmarkId l) { return Find(l) != nullptr; }));
+}
+
+std::optional<SE3> LocalMap::KeyframePose(KeyframeId id) const {
+  const auto it = keyframes_.find(id);
+  if (it == keyframes_.end()) return std::nullopt;
+  return it->second.T_WC;
+}
+
+void LocalMap::CollectAround(const std::vector<LandmarkId>& tracked, KeyframeId reference,
+                             int max_keyframes, std::vector<const MapPoint*>* points,
+                             KeyframeId* best) {
+  points->clear();
+  *best = reference;
+  for (auto& [id, keyframe] : keyframes_) keyframe.votes = 0;
+  for (const LandmarkId id : tracked) {
+    const MapPoint* point = Find(id);
+    if (point == nullptr) continue;
+    for (const KeyframeId observer : point->observers) {
+      const auto it = keyframes_.find(observer);
+      if (it != keyframes_.end()) ++it->second.votes;
+    }
+  }
+  std::vector<std::pair<int, KeyframeId>> ranked;  // most votes first, then newest
+  for (const auto& [id, keyframe] : keyframes_) {
+    if (keyframe.votes > 0 || id == reference) ranked.emplace_back(keyframe.votes, id);
+  }
+  std::sort(ranked.begin(), ranked.end(), std::greater<>());
+  if (!ranked.empty() && ranked.front().first > 0) *best = ranked.front().second;
+  if (static_cast<int>(ranked.size()) > max_keyframes) ranked.resize(max_keyframes);
+  if (std::none_of(ranked.begin(), ranked.end(),
+                   [&](const auto& r) { return r.second == reference; }) &&
+      keyframes_.count(reference) != 0) {
+    ranked.emplace_back(0, reference);
+  }
+
+  ++visit_;
+  for (const auto& [votes, id] : ranked) AppendLandmarksOf(id, points);
+}
+
+void LocalMap::AppendLandmarksOf(KeyframeId id, std::vector<const MapPoint*>* points) {
+  // Forget landmarks that are gone while we walk over them.
+  std::erase_if(keyframes_[id].landmarks, [&](LandmarkId landmark) {
+    const auto it = points_.find(landmark.value);
+    if (it == points_.end()) return true;
+    if (it->second.visit != visit_) {
+      it->second.visit = visit_;
+      points->push_back(&it->second);
+    }
+    return false;
+  });
+}
+
+void LocalMap::CollectNear(const SE3& T_WC, int max_keyframes, std::vector<const MapPoint*>* points,
+                           KeyframeId* nearest) {
+  points->clear();
+  *nearest = {};
+  std::vector<std::pair<double, KeyframeId>> ranked;
+  for (const auto& [id, keyframe] : keyframes_) {
+    if (keyframe.landmarks.empty()) continue;
+    const SE3 delta = T_WC.inverse() * keyframe.T_WC;
+    ranked.emplace_back(delta.translation().norm() + LogSO3(delta.rotation()).norm(), id);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  if (static_cast<int>(ranked.size()) > max_keyframes) ranked.resize(max_keyframes);
+  ++visit_;
+  for (const auto& [distance, id] : ranked) AppendLandmarksOf(id, points);
+  if (!ranked.empty()) *nearest = ranked.front().second;
+}
+
+}  // namespace gw::frontend

@@ -1,0 +1,86 @@
+// The front-end's replica of the map: what tracking needs of it, kept in step by MapUpdates. New
+// keyframes enter at once (so that tracking goes on without the back-end) and are overwritten by
+// what the back-end makes of them.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "common/camera/camera_model.h"
+#include "common/contract/map.h"
+#include "common/vision/pyramid.h"
+
+namespace gw::frontend {
+
+struct MapPoint {
+  LandmarkId id;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // unit, from the cameras to the point
+  float min_distance = 0, max_distance = 0;            // m
+  Descriptor descriptor{};
+  std::vector<KeyframeId> observers;  // sorted
+  uint64_t visit = 0;                 // mark of the newest CollectAround
+};
+
+class LocalMap {
+ public:
+  LocalMap(const RectifiedCamera& camera, const Pyramid& pyramid);
+
+  // Own keyframe, before the back-end has seen it. New landmarks are placed from its features'
+  // depth.
+  void AddKeyframe(const Keyframe& keyframe);
+
+  // Returns false when the update does not follow the replica's revision (a gap): nothing is
+  // changed, ask for a snapshot. Updates at or below the replica's revision are old news: true,
+  // nothing changed.
+  bool Apply(const MapUpdate& update);
+
+  bool empty() const { return points_.empty(); }
+  int64_t revision() const { return revision_; }
+  size_t num_keyframes() const { return keyframes_.size(); }
+  size_t num_points() const { return points_.size(); }
+  KeyframeId newest_keyframe() const {
+    return keyframes_.empty() ? KeyframeId{} : keyframes_.rbegin()->first;
+  }
+
+  const MapPoint* Find(LandmarkId id) const;
+  // Landmarks that the keyframe sees; 0 when it is not there.
+  int NumLandmarks(KeyframeId id) const;
+  std::optional<SE3> KeyframePose(KeyframeId id) const;
+
+  // The landmarks that the keyframes around the tracked ones see: the keyframes that share most
+  // landmarks with `tracked`, `reference` always among them, at most max_keyframes. Every landmark
+  // once, in a fixed order. best: the keyframe that shares most (reference when none does).
+  void CollectAround(const std::vector<LandmarkId>& tracked, KeyframeId reference,
+                     int max_keyframes, std::vector<const MapPoint*>* points, KeyframeId* best);
+
+  // The landmarks of the keyframes nearest to a pose (m + rad) that see any, at most max_keyframes:
+  // for coming back after a blind span or a restart. nearest: the first of them, invalid when there
+  // is none.
+  void CollectNear(const SE3& T_WC, int max_keyframes, std::vector<const MapPoint*>* points,
+                   KeyframeId* nearest);
+
+ private:
+  struct ReplicaKeyframe {
+    SE3 T_WC;
+    Utime utime;
+    std::vector<LandmarkId> landmarks;  // may name landmarks that are gone
+    int votes = 0;
+  };
+
+  void Upsert(const LandmarkUpdate& update);
+  void AppendLandmarksOf(KeyframeId id, std::vector<const MapPoint*>* points);
+  void MovePending(const MapUpdate& update, const std::map<KeyframeId, SE3>& poses_before);
+
+  RectifiedCamera camera_;
+  Pyramid pyramid_;
+  int64_t revision_ = 0;
+  uint64_t visit_ = 0;
+  std::map<KeyframeId, ReplicaKeyframe> keyframes_;
+  std::unordered_map<int64_t, MapPoint>
+      points_;  // by LandmarkId::value; never iterated for results
+};
+
+}  // namespace gw::frontend

@@ -1,0 +1,73 @@
+// Where the camera will be when the next image comes: by dead reckoning (DR), or at constant
+// velocity where there is none.
+#pragma once
+
+#include <optional>
+
+#include "common/camera/camera_model.h"
+#include "common/config/frontend_config.h"
+#include "common/core/se3.h"
+#include "common/core/time.h"
+#include "common/good_weights/dr_history.h"
+#include "frontend/core/motion/dr_calibration.h"
+
+namespace gw::frontend {
+
+struct Motion {
+  SE3 T_ab;       // camera at the end in the camera at the beginning
+  SE3 T_BaBb_dr;  // from_dr: the body, as DR told it, its scale errors still in
+  DrNoise noise;  // of T_ab, right perturbation: what the motion's source says of itself
+  // Sigma_d of the weighting: DrCovariance in common/good_weights.
+  Matrix6d weight_cov = Matrix6d::Identity();
+  bool from_dr = false;
+  bool slip = false;
+};
+
+class MotionModel {
+ public:
+  MotionModel(const RectifiedCamera& camera, const FrontendConfig& config)
+      : T_BC_(camera.T_BC),
+        variant_(config.variant),
+        dr_weight_(config.dr_weight),
+        calibrate_dr_(config.calibrate_dr) {}
+
+  // False: not newer than the state before, refused.
+  bool Push(const DrState& state) { return dr_.Push(state); }
+
+  // Pose of the first image: origin and heading of W are those of the body, roll and pitch are
+  // absolute where DR knows gravity.
+  SE3 FirstPose(Utime utime) const;
+
+  // Between two images in a row. Always gives a motion; from_dr says whether DR covers the interval
+  // and the variant uses it.
+  Motion Between(Utime a, Utime b) const;
+
+  // DR over any interval (keyframes), its scale errors taken out. Body frame.
+  std::optional<DrIncrement> Increment(Utime a, Utime b) const;
+
+  // The camera in the odometry frame; empty where DR does not cover the instant, or the variant
+  // does not use it.
+  std::optional<SE3> OdometryPose(Utime utime) const;
+
+  // What vision measured between two images in a row: the velocity to go on with. expected: what
+  // Between said of them. healthy: well enough to teach DR its scale errors.
+  void Observe(const SE3& T_ab, const Motion& expected, Utime a, Utime b, bool healthy);
+  // Vision measured nothing.
+  void ObserveNothing() { calibration_.Interrupt(); }
+
+  const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
+
+ private:
+  static constexpr DurationUs kMaxExtrapolation = Milliseconds(60);
+
+  SE3 T_BC_;
+  Variant variant_;
+  DrWeightConfig dr_weight_;
+  DrHistory dr_;
+  bool calibrate_dr_;
+  DrCalibration calibration_;
+  Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s
+  Utime observed_;                        // until here
+};
+
+}  // namespace gw::frontend

@@ -1,0 +1,39 @@
+// Whether two images in a row show the same scene, by their features alone: it needs no map, so it
+// also notices that the robot was carried away where dead reckoning leads and nothing is mapped.
+#pragma once
+
+#include <optional>
+
+#include "common/camera/camera_model.h"
+#include "common/core/se3.h"
+#include "common/core/time.h"
+#include "frontend/core/features/feature_frame.h"
+
+namespace gw::frontend {
+
+class ViewChange {
+ public:
+  explicit ViewChange(const RectifiedCamera& camera) : camera_(camera) {}
+
+  // Whether this image shows nothing of the remembered one, although both are rich and dead
+  // reckoning saw hardly any motion between them. T_OC: its camera in the odometry frame; empty
+  // without dead reckoning.
+  bool Changed(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) const;
+
+  // After every image, in place of the one before.
+  void Remember(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC);
+
+ private:
+  struct Image {
+    Utime utime;
+    FeatureFrame frame;
+    SE3 T_OC;
+  };
+  // Share of the features of the image before that this one has where the motion puts them.
+  double ShareSeenAgain(const FeatureFrame& frame, const SE3& T_CbCa) const;
+
+  RectifiedCamera camera_;
+  std::optional<Image> before_;  // rich, with dead reckoning
+};
+
+}  // namespace gw::frontend

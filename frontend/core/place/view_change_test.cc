@@ -1,0 +1,106 @@
+#include "frontend/core/place/view_change.h"
+
+#include <gtest/gtest.h>
+
+#include "common/core/random.h"
+
+namespace gw::frontend {
+namespace {
+
+RectifiedCamera Camera() {
+  RectifiedCamera c;
+  c.width = 640;
+  c.height = 480;
+  c.fx = c.fy = 385;
+  c.cx = 320;
+  c.cy = 240;
+  c.baseline_m = 0.05;
+  c.depth_min_m = 0.25;
+  c.depth_max_m = 6;
+  return c;
+}
+
+// A cloud of points before the camera, seen from T_OC: a third of them is found in an image, each
+// bit of a descriptor is wrong with 5 %.
+FeatureFrame See(uint64_t scene, const SE3& T_OC, uint64_t image, int num_points = 4000) {
+  const RectifiedCamera camera = Camera();
+  FeatureFrame frame;
+  CounterRng points(scene, 1, 0);
+  CounterRng chance(scene, 2, image);
+  for (int i = 0; i < num_points; ++i) {
+    const Eigen::Vector3d p_O(8 * points.Uniform() - 4, 5 * points.Uniform() - 2.5,
+                              1.5 + 5 * points.Uniform());
+    Descriptor descriptor;
+    for (uint64_t& word : descriptor) word = points.NextU64();
+    const Eigen::Vector3d p_C = T_OC.inverse() * p_O;
+    const bool found = chance.Uniform() < 0.33;
+    for (uint64_t& word : descriptor) {
+      for (int bit = 0; bit < 64; ++bit) {
+        if (chance.Uniform() < 0.05) word ^= uint64_t{1} << bit;
+      }
+    }
+    if (p_C.z() < 0.3 || !found) continue;
+    const Eigen::Vector2d uv = camera.Project(p_C);
+    if (!camera.InImage(uv)) continue;
+    Feature f;
+    f.u = static_cast<float>(uv.x() + 0.7 * chance.Normal());
+    f.v = static_cast<float>(uv.y() + 0.7 * chance.Normal());
+    if (chance.Uniform() < 0.5) f.depth = static_cast<float>(p_C.z());
+    frame.features.push_back(f);
+    frame.descriptors.push_back(descriptor);
+  }
+  return frame;
+}
+
+constexpr Utime kFirst{1'000'000};
+constexpr Utime kSecond{1'033'000};
+const SE3 kStart;
+const SE3 kTurned(ExpSO3({0, 0.15, 0}), {0.02, 0, 0.1});
+
+class ViewChanges : public testing::Test {
+ protected:
+  ViewChanges() : view_(Camera()) { EXPECT_FALSE(Observe(kFirst, See(1, kStart, 1), kStart)); }
+  bool Observe(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) {
+    const bool changed = view_.Changed(utime, frame, T_OC);
+    view_.Remember(utime, frame, T_OC);
+    return changed;
+  }
+
+ private:
+  ViewChange view_;
+};
+
+TEST_F(ViewChanges, NotWhileTheRobotMovesThroughTheScene) {
+  EXPECT_FALSE(Observe(kSecond, See(1, kTurned, 2), kTurned));
+}
+
+TEST_F(ViewChanges, WhenTheRobotIsElsewhereAtOnce) {
+  EXPECT_TRUE(Observe(kSecond, See(2, kStart, 2), kTurned));
+  // The new scene stays.
+  EXPECT_FALSE(Observe({1'066'000}, See(2, kStart, 3), kTurned));
+}
+
+TEST_F(ViewChanges, WhenTheImageTurnsWithoutTheWheels) {
+  const SE3 turned(ExpSO3({0, 0.6, 0}), {0, 0, 0});
+  EXPECT_TRUE(Observe(kSecond, See(1, turned, 2), kStart));
+}
+
+TEST_F(ViewChanges, IsNotSaidOfPoorImages) {
+  EXPECT_FALSE(Observe(kSecond, See(2, kStart, 2, 400), kStart));
+  // Nor of the first after them.
+  EXPECT_FALSE(Observe({1'066'000}, See(3, kStart, 3), kStart));
+}
+
+TEST_F(ViewChanges, IsNotSaidAcrossTimeOrMotion) {
+  EXPECT_FALSE(Observe({1'400'000}, See(2, kStart, 2), kStart));
+  const SE3 far(Eigen::Quaterniond::Identity(), {0, 0, 0.5});
+  EXPECT_FALSE(Observe({1'433'000}, See(3, kStart, 3), far));
+}
+
+TEST_F(ViewChanges, IsNotSaidWithoutDeadReckoning) {
+  EXPECT_FALSE(Observe(kSecond, See(2, kStart, 2), std::nullopt));
+  EXPECT_FALSE(Observe({1'066'000}, See(3, kStart, 3), kStart));
+}
+
+}  // namespace
+}  // namespace gw::frontend

@@ -1,0 +1,77 @@
+#include "frontend/core/tracking/keyframe_chain.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "frontend/core/tracking/keyframe_policy.h"
+
+namespace gw::frontend {
+
+void KeyframeChain::Observe(const SE3& T_ab, bool unmatched) {
+  T_CkeyC_ = T_CkeyC_ * T_ab;
+  ++images_since_;
+  unmatched_images_ = unmatched ? unmatched_images_ + 1 : 0;
+}
+
+bool KeyframeChain::WantsNext(Utime utime, const FeatureFrame& frame, const FoundPose& found,
+                              int num_mapped) const {
+  if (images_since_ < 2) return false;
+  KeyframeEvidence e;
+  e.since_last = utime - utime_;
+  e.vision = found.found;
+  e.num_inliers = found.found ? found.estimate.num_inliers : 0;
+  e.num_mapped = num_mapped;
+  std::vector<float> depths;
+  for (size_t i = 0; i < frame.features.size(); ++i) {
+    if (!frame.features[i].has_depth()) continue;
+    depths.push_back(frame.features[i].depth);
+    const bool tracked = found.found && found.landmarks[i].valid();
+    ++(tracked ? e.num_close_tracked : e.num_close_untracked);
+  }
+  if (!depths.empty()) {
+    std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
+    e.median_depth_m = depths[depths.size() / 2];
+  }
+  e.unmatched_images = unmatched_images_;
+  e.translation_m = T_CkeyC_.translation().norm();
+  e.rotation_rad = LogSO3(T_CkeyC_.rotation()).norm();
+  return NeedsKeyframe(e, config_);
+}
+
+Keyframe KeyframeChain::Make(const Source& source, const MotionModel& motion) {
+  const FeatureFrame& frame = source.frame;
+  const std::vector<LandmarkId>& shown = source.found.landmarks;
+  Keyframe k;
+  k.id = next_;
+  k.utime = source.report.utime;
+  k.T_WC = source.T_WC;
+  k.cov_T_WC = source.cov_T_WC;
+  k.map_revision = source.map_revision;
+  k.previous = last_;
+  if (k.previous.valid()) k.dr = motion.Increment(utime_, k.utime);
+  k.q = source.report.q;
+  k.num_tracked = source.report.num_tracked;
+  k.features = frame.features;
+  k.descriptors = frame.descriptors;
+  k.landmarks.resize(frame.features.size());
+  for (size_t i = 0; i < frame.features.size(); ++i) {
+    if (i < shown.size() && shown[i].valid()) {
+      k.landmarks[i] = shown[i];
+    } else if (frame.features[i].has_depth()) {
+      k.landmarks[i] = LandmarkId::From(k.id, static_cast<int>(i));
+    }
+  }
+  last_ = k.id;
+  next_.value = k.id.value + 1;
+  utime_ = k.utime;
+  T_CkeyC_ = SE3();
+  images_since_ = 0;
+  unmatched_images_ = 0;
+  return k;
+}
+
+void KeyframeChain::Skip(KeyframeId newest) {
+  next_.value = std::max(next_.value, newest.value + 1);
+}
+
+}  // namespace gw::frontend

@@ -1,0 +1,204 @@
+#include "frontend/core/tracking/pose_finder.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/core/random.h"
+#include "common/good_weights/covariance.h"
+#include "common/good_weights/quality.h"
+#include "common/vision/descriptor_pairing.h"
+#include "common/vision/pose_ransac.h"
+
+namespace gw::frontend {
+namespace {
+
+constexpr int kFewMatches = 20;        // first stage: with fewer inliers the window is doubled
+constexpr double kTrustedShare = 0.4;  // ... also when a smaller share of the matches are inliers
+constexpr int kAttempts = 3;
+constexpr int kLocalKeyframes = 40;
+constexpr int kNearKeyframes = 8;
+constexpr int kRelocalizedInliers = 30;     // a pose that does not follow from the last image's
+constexpr float kNearRadius = 10.0F;        // px; what is near has not been seen in the last image
+constexpr float kSecondStageRadius = 6.0F;  // px at level 0: the pose is known by then
+constexpr float kMaxRadius = 80.0F;         // px
+constexpr uint64_t kStream = 0x7265;        // of random draws
+
+}  // namespace
+
+PoseFinder::PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera,
+                       const Pyramid& pyramid)
+    : config_(config), camera_(camera), pyramid_(pyramid), matcher_(camera, pyramid) {}
+
+void PoseFinder::SetImage(const FeatureFrame* frame) {
+  frame_ = frame;
+  grid_ = FeatureGrid(frame->features);
+  num_close_ = static_cast<int>(std::count_if(frame->features.begin(), frame->features.end(),
+                                              [](const Feature& f) { return f.has_depth(); }));
+}
+
+float PoseFinder::SearchRadius(const Matrix6d& cov) const {
+  constexpr double kTypicalDepth = 2.0;  // m
+  const double sigma_r = std::sqrt(cov.diagonal().tail<3>().maxCoeff());
+  const double sigma_t = std::sqrt(cov.diagonal().head<3>().maxCoeff());
+  const double px = camera_.fx * std::hypot(sigma_r, sigma_t / kTypicalDepth);
+  return std::min(static_cast<float>(3.0 + 2.5 * px), kMaxRadius);
+}
+
+std::optional<PosePrior> PoseFinder::PriorFor(const PosePrediction& prediction,
+                                              const DrScale& scale) const {
+  if (!prediction.has_prior || scale.rotation <= 0) return std::nullopt;
+  const Matrix6d cov = ScaledCovariance(prediction.weight_cov, scale, prediction.honest_cov);
+  return PosePrior{prediction.T_WC, cov.inverse()};
+}
+
+// Pose from the current associations; outliers lose their match.
+void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>& prior,
+                          Association* a) const {
+  std::vector<LandmarkObservation> observations;
+  std::vector<size_t> feature_of;
+  for (size_t i = 0; i < a->match.size(); ++i) {
+    if (a->match[i] < 0) continue;
+    observations.push_back(
+        {a->candidates[a->match[i]].point->p_W, PixelOf(frame_->features[i], pyramid_)});
+    feature_of.push_back(i);
+  }
+  a->estimate = OptimizePose(camera_, T_WC_start, observations, prior);
+  for (size_t k = 0; k < feature_of.size(); ++k) {
+    if (!a->estimate.inlier[k]) a->match[feature_of[k]] = -1;
+  }
+}
+
+// Matches the candidates around the prediction, and estimates the pose if they are enough.
+void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) const {
+  a->match.assign(frame_->features.size(), -1);
+  a->estimate = PoseEstimate();
+  a->num_first_stage = matcher_.Match(prediction.T_WC, a->candidates, 0, Image(), {}, &a->match);
+  int num_close = 0;
+  for (size_t i = 0; i < a->match.size(); ++i) {
+    num_close += a->match[i] >= 0 && frame_->features[i].has_depth();
+  }
+  a->quality = ImageQuality({frame_->num_detected, a->num_first_stage}, config_.dr_weight);
+  const double q_close = ImageQuality({num_close_, num_close}, config_.dr_weight);
+  a->scale = PriorScale(config_.variant, a->quality, q_close, config_.dr_weight);
+  if (a->num_first_stage >= config_.min_inliers) {
+    Estimate(prediction.T_WC, PriorFor(prediction, a->scale), a);
+  }
+}
+
+// Second stage: the rest of the local map, in small windows around the pose of the first.
+void PoseFinder::SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeId* reference,
+                                LocalMap* map, Association* a) const {
+  std::vector<LandmarkId> ids;
+  for (const int m : a->match) {
+    if (m >= 0) ids.push_back(a->candidates[m].point->id);
+  }
+  std::sort(ids.begin(), ids.end());
+  std::vector<const MapPoint*> points;
+  map->CollectAround(ids, *reference, kLocalKeyframes, &points, reference);
+  std::vector<Candidate> more;
+  for (const MapPoint* point : points) {
+    if (std::binary_search(ids.begin(), ids.end(), point->id)) continue;
+    more.push_back({point, &point->descriptor, -1, kSecondStageRadius});
+  }
+  const int first = static_cast<int>(a->candidates.size());
+  a->candidates.insert(a->candidates.end(), more.begin(), more.end());
+  matcher_.Match(a->estimate.T_WC, more, first, Image(), {.max_distance = 80, .max_ratio = 0.85},
+                 &a->match);
+  Estimate(a->estimate.T_WC, prior, a);
+}
+
+FoundPose PoseFinder::Result(const Association& a, KeyframeId reference) const {
+  FoundPose out;
+  out.estimate = a.estimate;
+  out.num_tracked = a.num_first_stage;
+  out.q = a.quality;
+  out.scale = a.scale;
+  out.reference = reference;
+  out.landmarks.resize(frame_->features.size());
+  for (size_t i = 0; i < a.match.size(); ++i) {
+    if (a.match[i] >= 0) out.landmarks[i] = a.candidates[a.match[i]].point->id;
+  }
+  return out;
+}
+
+FoundPose PoseFinder::Follow(const PosePrediction& prediction,
+                             const std::vector<TrackedPoint>& tracked, KeyframeId reference,
+                             LocalMap* map) {
+  const bool search_near =
+      prediction.vision_broken || tracked.size() < static_cast<size_t>(kFewMatches);
+  float radius = SearchRadius(prediction.search_cov);
+  std::vector<const MapPoint*> near;
+  if (search_near) {
+    KeyframeId nearest;
+    map->CollectNear(prediction.T_WC, kNearKeyframes, &near, &nearest);
+    if (nearest.valid()) reference = nearest;
+    radius = std::max(radius, kNearRadius);
+  }
+  // A window that does not reach the true place still finds look-alikes: the share of inliers
+  // tells.
+  const auto trust = [](const Association& a) {
+    return a.estimate.num_inliers >= kFewMatches &&
+           a.estimate.num_inliers >= kTrustedShare * a.num_first_stage;
+  };
+  Association a;
+  Association best;
+  for (int attempt = 0; attempt < kAttempts; ++attempt, radius = std::min(2 * radius, kMaxRadius)) {
+    a.candidates.clear();
+    if (search_near) {
+      for (const MapPoint* point : near) {
+        a.candidates.push_back({point, &point->descriptor, -1, radius});
+      }
+    } else {
+      for (const TrackedPoint& t : tracked) {
+        const MapPoint* point = map->Find(t.id);
+        if (point != nullptr) a.candidates.push_back({point, &t.descriptor, t.level, radius});
+      }
+    }
+    FirstStage(prediction, &a);
+    if (attempt == 0 || a.estimate.num_inliers > best.estimate.num_inliers) best = a;
+    if (trust(best) || radius >= kMaxRadius) break;
+  }
+  if (best.num_first_stage >= config_.min_inliers &&
+      best.estimate.num_inliers >= config_.min_inliers / 2) {
+    SearchLocalMap(PriorFor(prediction, best.scale), &reference, map, &best);
+  }
+  FoundPose out = Result(best, reference);
+  const int needed = search_near ? kRelocalizedInliers : config_.min_inliers;
+  if (best.num_first_stage < config_.min_inliers) {
+    out.reason = frame_->num_detected < config_.min_inliers ? TrackingReason::kTooFewFeatures
+                                                            : TrackingReason::kTooFewMatches;
+  } else if (best.estimate.num_inliers < needed) {
+    out.reason = TrackingReason::kTooFewInliers;
+  }
+  out.found = out.reason == TrackingReason::kNone;
+  return out;
+}
+
+FoundPose PoseFinder::FindAgain(const SE3& T_WC_near, uint64_t seed, LocalMap* map) {
+  FoundPose none;
+  none.reason = TrackingReason::kTooFewMatches;
+  std::vector<const MapPoint*> points;
+  KeyframeId reference;
+  map->CollectNear(T_WC_near, kLocalKeyframes, &points, &reference);
+  const auto pairs =
+      PairDescriptors(camera_, pyramid_, frame_->features, frame_->descriptors, points);
+  const auto hypothesis =
+      FindPose(camera_, pairs, config_.min_inliers, CounterRng(seed, kStream, 0));
+  if (!hypothesis) return none;
+  PosePrediction prediction;
+  prediction.T_WC = hypothesis->T_WC;
+  Association a;
+  for (const MapPoint* point : points)
+    a.candidates.push_back({point, &point->descriptor, -1, 8.0F});
+  FirstStage(prediction, &a);
+  if (a.estimate.num_inliers < config_.min_inliers) return none;
+  SearchLocalMap(std::nullopt, &reference, map, &a);
+  FoundPose out = Result(a, reference);
+  out.found = a.estimate.num_inliers >= kRelocalizedInliers;
+  if (!out.found) out.reason = TrackingReason::kTooFewInliers;
+  return out;
+}
+
+}  // namespace gw::frontend

@@ -1,0 +1,97 @@
+// The pose of one image in the map: which landmarks do its features show, and where does the camera
+// stand then?
+//
+//   Follow     around a prediction, in two stages: the landmarks of the last image (or those near
+//              the prediction), then the rest of the local map in small windows
+//   FindAgain  without a prediction, among the landmarks near a place
+//
+// Holds no state of the track: what was tracked before is an argument, what is tracked now a
+// result.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/camera/camera_model.h"
+#include "common/config/frontend_config.h"
+#include "common/contract/tracking.h"
+#include "common/good_weights/alpha.h"
+#include "common/vision/feature_grid.h"
+#include "common/vision/pose_optimizer.h"
+#include "common/vision/pyramid.h"
+#include "frontend/core/features/feature_frame.h"
+#include "frontend/core/map/local_map.h"
+#include "frontend/core/map/projection_matcher.h"
+
+namespace gw::frontend {
+
+struct TrackedPoint {
+  LandmarkId id;
+  Descriptor descriptor;  // as seen in the last image
+  int level = 0;
+};
+
+// Where to look, and how much the prediction counts.
+struct PosePrediction {
+  SE3 T_WC;
+  Matrix6d search_cov = Matrix6d::Identity();  // of T_WC: how far the windows have to reach
+  // Prior of the pose (Good Weights): alpha(Q) * inv(weight_cov), however large alpha, with a
+  // covariance not below honest_cov (docs/adr/0012-no-more-than-dr-knows.md). Unused without
+  // has_prior.
+  bool has_prior = false;
+  Matrix6d weight_cov = Matrix6d::Identity();
+  Matrix6d honest_cov = Matrix6d::Zero();
+  bool vision_broken = false;  // no visual pose in the image before: search near the prediction
+};
+
+struct FoundPose {
+  bool found = false;
+  TrackingReason reason = TrackingReason::kNone;  // why not
+  PoseEstimate estimate;
+  std::vector<LandmarkId> landmarks;  // per feature; invalid: none, or an outlier
+  int num_tracked = 0;                // N_trk: matches of the first stage
+  double q = 0;
+  DrScale scale;         // what the variant makes of the quality
+  KeyframeId reference;  // the keyframe that shares most with the image
+};
+
+class PoseFinder {
+ public:
+  PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera, const Pyramid& pyramid);
+
+  // To be called first for every image.
+  void SetImage(const FeatureFrame* frame);
+
+  FoundPose Follow(const PosePrediction& prediction, const std::vector<TrackedPoint>& tracked,
+                   KeyframeId reference, LocalMap* map);
+  FoundPose FindAgain(const SE3& T_WC_near, uint64_t seed, LocalMap* map);
+
+ private:
+  struct Association {
+    std::vector<Candidate> candidates;
+    std::vector<int> match;  // per feature: index into candidates, or -1
+    PoseEstimate estimate;
+    int num_first_stage = 0;
+    double quality = 0;
+    DrScale scale;
+  };
+
+  float SearchRadius(const Matrix6d& cov) const;
+  std::optional<PosePrior> PriorFor(const PosePrediction& prediction, const DrScale& scale) const;
+  SearchableImage Image() const { return {frame_->features, frame_->descriptors, grid_}; }
+  void FirstStage(const PosePrediction& prediction, Association* a) const;
+  void Estimate(const SE3& T_WC_start, const std::optional<PosePrior>& prior, Association* a) const;
+  void SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeId* reference, LocalMap* map,
+                      Association* a) const;
+  FoundPose Result(const Association& a, KeyframeId reference) const;
+
+  FrontendConfig config_;
+  RectifiedCamera camera_;
+  Pyramid pyramid_;
+  ProjectionMatcher matcher_;
+  FeatureGrid grid_;
+  const FeatureFrame* frame_ = nullptr;
+  int num_close_ = 0;  // features of the image with depth
+};
+
+}  // namespace gw::frontend

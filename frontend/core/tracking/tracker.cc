@@ -1,0 +1,571 @@
+#include "frontend/core/tracking/tracker.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "common/good_weights/camera_motion.h"
+#include "common/good_weights/quality.h"
+#include "common/good_weights/vision_noise.h"
+#include "frontend/core/features/rolling_shutter.h"
+#include "frontend/core/map/local_map.h"
+#include "frontend/core/motion/motion_model.h"
+#include "frontend/core/motion/pose_uncertainty.h"
+#include "frontend/core/place/place_confirmation.h"
+#include "frontend/core/place/recovery.h"
+#include "frontend/core/place/view_change.h"
+#include "frontend/core/tracking/keyframe_chain.h"
+#include "frontend/core/tracking/pose_finder.h"
+#include "frontend/core/tracking/tracking_state.h"
+
+namespace gw::frontend {
+namespace {
+
+constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
+// A correction larger than this is announced (status RECOVERING).
+constexpr double kSnapTranslation = 0.02;  // m
+constexpr double kSnapRotation = 0.0175;   // rad
+// A POSE that is less sure than this does not know where it is itself.
+constexpr double kHintSigma = 1.0;  // m
+
+}  // namespace
+
+class Tracker::Impl {
+ public:
+  Impl(const FrontendConfig& config, const CameraGeometry& geometry, FeatureExtractor extractor)
+      : config_(config),
+        camera_(geometry.rectified),
+        extractor_(std::move(extractor)),
+        finder_(config, camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
+        map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
+        motion_(camera_, config),
+        view_(camera_),
+        chain_(config) {}
+
+  TrackerOutput Push(const CameraFrame& frame);
+  TrackerOutput Track(Utime utime, int64_t seq, const FeatureFrame& features,
+                      TrackingReason image_problem);
+  bool Push(const DrState& state) { return motion_.Push(state); }
+  bool Push(const MapUpdate& update);
+  void Push(const Pose& pose);
+  void Push(const PlaceMatch& match);
+  MapRequest Request() const;
+  bool has_map() const { return map_known_; }
+
+ private:
+  // One image on its way to a pose.
+  struct Image {
+    Utime utime;
+    const FeatureFrame* frame = nullptr;
+    Motion motion;       // since the image before; where hinted, from the hint
+    SE3 T_ab;            // since the image before, in any case
+    SE3 T_WC_before;     // where the motion begins
+    SE3 T_WC_predicted;  // and ends
+    bool hinted = false;
+    FoundPose found;
+    bool snapped = false;  // found from a confirmed place, and believed
+  };
+
+  bool VisionBroken() const { return state_ != TrackingState::kTracking; }
+  bool placed() const { return IsPlaced(state_); }
+  bool map_there() const { return map_known_ && !map_.empty(); }
+
+  TrackerOutput Refuse(TrackerOutput out) const;
+  Image Predict(Utime utime);
+  void Locate(Image* image);
+  FoundPose Find(const Image& image);
+  FoundPose FindAnywhere(Utime utime);
+  bool TakePlace(Image* image);
+  bool IsBelieved(const Image& image, const FramePose& report);
+  bool Believable(const Image& image);
+  PlaceEvidence Evidence(const Image& image, const FramePose& report, bool placed,
+                         int num_inliers) const;
+  void Accept(const Image& image, FramePose* report, ImageOutcome* outcome);
+  void GoOnWithout(const Image& image, FramePose* report, const ImageOutcome& outcome);
+  void Judge(Image* image, TrackerOutput* out);
+  void CompareViews(const Image& image);
+  void ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome);
+  bool BeginsMap(const FeatureFrame& frame) const;
+  bool ContinuesMap(bool vision, const Motion& motion) const;
+  Keyframe MakeKeyframe(const FeatureFrame& frame, const FoundPose& found, const FramePose& report);
+  void FillPose(FramePose* report) const;
+  void FillMotion(FramePose* report);
+
+  FrontendConfig config_;
+  RectifiedCamera camera_;
+  FeatureExtractor extractor_;
+  PoseFinder finder_;
+  LocalMap map_;
+  MotionModel motion_;
+  FeatureFrame frame_;
+  FeatureFrame corrected_;  // of the newest image, without its rolling shutter
+  ViewChange view_;
+  bool other_view_ = false;  // the newest image shows nothing of the one before
+
+  bool map_known_ = false;   // a snapshot has come
+  bool map_frozen_ = false;  // the back-end takes in no keyframes: none are made
+  TrackingState state_ = TrackingState::kStart;
+  Utime utime_;  // of the last image
+  SE3 T_WC_;
+  PoseUncertainty uncertainty_;  // of T_WC_
+  Recovery recovery_;
+  std::vector<TrackedPoint> tracked_;
+  std::optional<Pose> hint_;
+  PlaceConfirmation place_;
+  std::optional<PlaceConfirmation::Confirmed> confirmed_;  // to be tracked from at the next image
+  bool claims_place_ = false;  // the newest image's pose; false: it may be anywhere
+
+  KeyframeId reference_;  // keyframe the pose is expressed in
+  KeyframeChain chain_;
+};
+
+// Around the prediction.
+FoundPose Tracker::Impl::Find(const Image& image) {
+  const Motion& motion = image.motion;
+  PosePrediction prediction;
+  prediction.T_WC = image.T_WC_predicted;
+  prediction.search_cov = motion.weight_cov;
+  prediction.has_prior = motion.from_dr;
+  prediction.weight_cov = motion.weight_cov;
+  prediction.vision_broken = VisionBroken();
+  if (prediction.vision_broken) {
+    // The mean of the prior is the drifted pose: it counts with that drift, and no more.
+    prediction.search_cov += uncertainty_.cov();
+    prediction.weight_cov = prediction.search_cov;
+  }
+  if (AdaptsAlpha(config_.variant)) {
+    prediction.honest_cov =
+        prediction.vision_broken ? prediction.search_cov : motion.noise.Covariance();
+  }
+  FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
+  if (!found.found && !motion.from_dr) {
+    FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image.utime.us), &map_);
+    if (again.found) return again;
+  }
+  return found;
+}
+
+// Where this tracker has no place yet. With dead reckoning, answers of the back-end are compared;
+// a look-alike near the origin of W would pass for the place here.
+FoundPose Tracker::Impl::FindAnywhere(Utime utime) {
+  FoundPose found;
+  if (!motion_.OdometryPose(utime)) {
+    found = finder_.FindAgain(T_WC_, static_cast<uint64_t>(utime.us), &map_);
+  }
+  if (!found.found) found.reason = TrackingReason::kPlaceUnknown;
+  return found;
+}
+
+// Tracks the image from the confirmed place, which is taken over when the image is seen there. Call
+// after uncertainty_ was predicted.
+bool Tracker::Impl::TakePlace(Image* image) {
+  const auto T_OC = motion_.OdometryPose(utime_);
+  if (!T_OC) return false;
+  const Motion& motion = image->motion;
+  const SE3 T_WC = confirmed_->T_WO * *T_OC;  // of the last image
+  const SE3 T_WC_predicted = T_WC * motion.T_ab;
+  PoseUncertainty uncertainty;
+  uncertainty.Reset(confirmed_->cov_T_WC);
+  uncertainty.Predict(motion.T_ab, motion.noise, image->utime - utime_);
+  PosePrediction prediction;
+  prediction.T_WC = T_WC_predicted;
+  prediction.search_cov = uncertainty.cov() + motion.weight_cov;
+  prediction.has_prior = motion.from_dr;
+  prediction.weight_cov = prediction.honest_cov = prediction.search_cov;
+  prediction.vision_broken = true;
+  image->found = finder_.Follow(prediction, {}, {}, &map_);
+  if (!image->found.found) return false;
+  const PoseEstimate& e = image->found.estimate;
+  if (!SamePlace(T_WC_predicted.inverse() * e.T_WC)) return false;
+  const bool carried = place_.in_doubt() || !PosesAgree(image->T_WC_predicted, e.T_WC,
+                                                        uncertainty_.cov() + motion.weight_cov +
+                                                            VisionCovariance(e.vision_information));
+  // Dead reckoning then does not lead from the last keyframe to here.
+  if (carried) chain_.Break();
+  image->T_WC_before = T_WC;
+  image->T_WC_predicted = T_WC_predicted;
+  uncertainty_ = uncertainty;
+  return true;
+}
+
+// Finds the pose of the image in the map, if there is one.
+void Tracker::Impl::Locate(Image* image) {
+  finder_.SetImage(image->frame);
+  image->snapped = confirmed_ && TakePlace(image);
+  confirmed_.reset();
+  if (image->snapped) return;
+  image->found = placed() || image->hinted ? Find(*image) : FindAnywhere(image->utime);
+}
+
+// Whether a pose that vision finds after it was broken is to be believed. Call after uncertainty_
+// was predicted.
+bool Tracker::Impl::Believable(const Image& image) {
+  const PoseEstimate& e = image.found.estimate;
+  const Matrix6d cov = VisionCovariance(e.vision_information);
+  const Matrix6d& motion_cov = image.motion.weight_cov;
+  std::optional<Recovery::Expectation> expected;
+  if (placed() || image.hinted) {
+    expected = Recovery::Expectation{image.T_WC_predicted, uncertainty_.cov() + motion_cov,
+                                     place_.in_doubt()};
+  }
+  const Recovery::Verdict verdict =
+      recovery_.Judge({e.T_WC, cov, e.num_inliers, image.T_ab, motion_cov}, expected);
+  // Dead reckoning does not lead from the last keyframe to here.
+  if (verdict == Recovery::Verdict::kElsewhere) chain_.Break();
+  return verdict != Recovery::Verdict::kWait;
+}
+
+// Whether the pose that vision found is taken over. What it finds after it was broken has to be
+// believed; without dead reckoning there is nothing to hold against it, but that the place is in
+// doubt or not known.
+bool Tracker::Impl::IsBelieved(const Image& image, const FramePose& report) {
+  if (image.snapped) return true;
+  const bool judged = VisionBroken() && (image.motion.from_dr || !placed() || place_.in_doubt());
+  if (judged) return Believable(image);
+  return !place_.Contradicts(Evidence(image, report, placed(), image.found.estimate.num_inliers));
+}
+
+// Takes over the pose of an image that vision carries.
+void Tracker::Impl::Accept(const Image& image, FramePose* report, ImageOutcome* outcome) {
+  const FoundPose& found = image.found;
+  const PoseEstimate& e = found.estimate;
+  if (e.prior_information.squaredNorm() > 0) {
+    // Shares are compared in units of the DR noise, so that metres and radians can be added.
+    const Matrix6d& unit = image.motion.weight_cov;
+    const double prior = (unit * e.prior_information).trace();
+    report->dr_share = prior / (prior + (unit * e.vision_information).trace());
+  }
+  report->num_inliers = e.num_inliers;
+  report->reason = TrackingReason::kNone;
+  const SE3 correction = image.T_WC_predicted.inverse() * e.T_WC;
+  outcome->corrected = image.snapped || (state_ == TrackingState::kBlind &&
+                                         (correction.translation().norm() > kSnapTranslation ||
+                                          LogSO3(correction.rotation()).norm() > kSnapRotation));
+  uncertainty_.Update(e.vision_information, e.prior_information);
+  T_WC_ = e.T_WC;
+  reference_ = found.reference;
+  tracked_.clear();
+  for (size_t i = 0; i < found.landmarks.size(); ++i) {
+    if (!found.landmarks[i].valid()) continue;
+    const Feature& f = image.frame->features[i];
+    tracked_.push_back({found.landmarks[i], image.frame->descriptors[i], f.level});
+  }
+  recovery_.Reset();
+}
+
+// Without a pose from vision that is believed.
+void Tracker::Impl::GoOnWithout(const Image& image, FramePose* report,
+                                const ImageOutcome& outcome) {
+  if (outcome.unconfirmed) {
+    report->reason = TrackingReason::kPoseJump;
+  } else {
+    recovery_.Reset();
+  }
+  T_WC_ = image.T_WC_predicted;
+  report->dr_share = image.motion.from_dr ? 1.0 : 0.0;
+}
+
+// There is no map yet, and this image shows enough to begin it.
+bool Tracker::Impl::BeginsMap(const FeatureFrame& frame) const {
+  if (map_frozen_ || !map_known_ || !map_.empty()) return false;
+  const auto with_depth = std::count_if(frame.features.begin(), frame.features.end(),
+                                        [](const Feature& f) { return f.has_depth(); });
+  return with_depth >= kMinInitialLandmarks;
+}
+
+// An image may become a keyframe when it is known where it was taken, by vision or dead reckoning.
+bool Tracker::Impl::ContinuesMap(bool vision, const Motion& motion) const {
+  if (map_frozen_ || (map_known_ && map_.empty()) || place_.in_doubt()) return false;
+  return vision || (placed() && motion.from_dr && DrInLocalBa(config_.variant));
+}
+
+Keyframe Tracker::Impl::MakeKeyframe(const FeatureFrame& frame, const FoundPose& found,
+                                     const FramePose& report) {
+  Keyframe k =
+      chain_.Make({frame, found, report, T_WC_, uncertainty_.cov(), map_.revision()}, motion_);
+  for (size_t i = 0; i < k.landmarks.size(); ++i) {
+    if (k.landmarks[i] != LandmarkId::From(k.id, static_cast<int>(i))) continue;
+    tracked_.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
+  }
+  map_.AddKeyframe(k);
+  reference_ = k.id;
+  return k;
+}
+
+void Tracker::Impl::FillMotion(FramePose* report) {
+  const auto motion = uncertainty_.Remember(report->utime, T_WC_, FramePose::kMotionSpan);
+  if (!motion) return;
+  const Matrix6d adj = camera_.T_BC.Adjoint();
+  report->motion_us = motion->length.us;
+  report->cov_motion = adj * motion->cov * adj.transpose();
+}
+
+void Tracker::Impl::FillPose(FramePose* report) const {
+  report->T_WB = T_WC_ * camera_.T_BC.inverse();
+  const Matrix6d adj = camera_.T_BC.Adjoint();
+  const Matrix6d cov = claims_place_ ? uncertainty_.cov() : CovarianceOfNoIdea();
+  report->cov_T_WB = adj * cov * adj.transpose();
+  report->map_revision = map_.revision();
+  report->reference_keyframe = reference_;
+  const auto T_WK = map_.KeyframePose(reference_);
+  report->T_KC = T_WK ? T_WK->inverse() * T_WC_ : T_WC_;
+  if (const DrState* dr = motion_.newest_dr()) {
+    report->dr_seq = dr->seq;
+    report->dr_reset_counter = dr->reset_counter;
+  }
+}
+
+TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
+  TrackingReason problem = TrackingReason::kNone;
+  if (extractor_.Extract(frame, &frame_) == FeatureExtractor::Outcome::kBadImage) {
+    problem = TrackingReason::kBadImage;
+    frame_ = FeatureFrame{};
+  }
+  return Track(frame.utime, frame.seq, frame_, problem);
+}
+
+// Of an image that is not newer than the one before.
+TrackerOutput Tracker::Impl::Refuse(TrackerOutput out) const {
+  out.pose.reason = TrackingReason::kTimeReversed;
+  out.pose.status = StatusOf(state_, {.time_reversed = true});
+  FillPose(&out.pose);
+  return out;
+}
+
+// Where the image should have been taken, and how sure that is.
+Tracker::Impl::Image Tracker::Impl::Predict(Utime utime) {
+  Image image;
+  image.utime = utime;
+  if (state_ == TrackingState::kStart) {
+    T_WC_ = motion_.FirstPose(utime);
+    uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
+  } else {
+    image.motion = motion_.Between(utime_, utime);
+    uncertainty_.Predict(image.motion.T_ab, image.motion.noise, utime - utime_);
+  }
+  image.T_ab = image.motion.T_ab;
+  image.hinted = !placed() && hint_ && !map_.empty();
+  if (image.hinted) {
+    // From where POSE of the DR process says that the body was, in place of the last image's pose.
+    T_WC_ = hint_->T_WB * camera_.T_BC;
+    image.motion.T_ab = SE3();
+    uncertainty_.Reset(InCamera(hint_->cov_T_WB, camera_.T_BC));
+  }
+  image.T_WC_before = T_WC_;
+  image.T_WC_predicted = T_WC_ * image.motion.T_ab;
+  return image;
+}
+
+// Whether the image shows another scene than the one before. Many inliers answer the question; else
+// the images are compared.
+void Tracker::Impl::CompareViews(const Image& image) {
+  const std::optional<SE3> T_OC = motion_.OdometryPose(image.utime);
+  const bool weak = VisionBroken() || !image.found.found ||
+                    image.found.estimate.num_inliers < PlaceConfirmation::kByChance;
+  other_view_ = weak && view_.Changed(image.utime, *image.frame, T_OC);
+  view_.Remember(image.utime, *image.frame, T_OC);
+}
+
+TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame& seen,
+                                   TrackingReason image_problem) {
+  TrackerOutput out;
+  FramePose& report = out.pose;
+  report.utime = utime;
+  report.seq = seq;
+  report.num_detected = seen.num_detected;
+  if (state_ != TrackingState::kStart && utime <= utime_) return Refuse(std::move(out));
+
+  Image image = Predict(utime);
+  image.frame = &seen;
+  if (camera_.readout_s > 0 && state_ != TrackingState::kStart) {
+    corrected_ = seen;
+    UndoRollingShutter(camera_, camera_.readout_s,
+                       image.T_ab.Log().tail<3>() / (utime - utime_).seconds(),
+                       &corrected_.features);
+    image.frame = &corrected_;
+  }
+  report.reason = image_problem;
+  if (image_problem == TrackingReason::kNone) {
+    report.reason = TrackingReason::kNoMap;
+    if (map_there()) {
+      Locate(&image);
+      report.num_tracked = image.found.num_tracked;
+      report.q = image.found.q;
+      report.alpha = image.motion.from_dr ? image.found.scale.rotation : 0;
+      report.reason = image.found.reason;
+    }
+  }
+  CompareViews(image);
+  Judge(&image, &out);
+  FillPose(&report);
+  FillMotion(&report);
+  return out;
+}
+
+// From what was found to a pose, a status, and perhaps a keyframe.
+void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
+  FramePose& report = out->pose;
+  ImageOutcome outcome;
+  outcome.map_there = map_there();
+  outcome.from_dr = image->motion.from_dr;
+  outcome.vision = image->found.found && IsBelieved(*image, report);
+  outcome.unconfirmed = image->found.found && !outcome.vision;
+  outcome.begins_map = BeginsMap(*image->frame);
+  if (outcome.vision) {
+    Accept(*image, &report, &outcome);
+  } else {
+    GoOnWithout(*image, &report, outcome);
+    image->found = FoundPose{};
+  }
+  outcome.dr_share = report.dr_share;
+  ConsiderPlace(*image, out, &outcome);
+  report.status = StatusOf(state_, outcome);
+  if (outcome.begins_map) report.reason = TrackingReason::kNone;
+
+  const bool first = state_ == TrackingState::kStart;
+  const SE3 T_ab = image->T_WC_before.inverse() * T_WC_;
+  if (!outcome.vision) {
+    motion_.ObserveNothing();
+  } else if (!first) {
+    motion_.Observe(T_ab, image->motion, utime_, image->utime,
+                    !VisionBroken() && VisionMayJudgeDr(report));
+  }
+  chain_.Observe(first ? SE3() : T_ab,
+                 !outcome.vision && report.num_detected >= config_.keyframe_min_close);
+  state_ = NextState(state_, outcome);
+  utime_ = image->utime;
+  hint_.reset();
+  const bool due =
+      ContinuesMap(outcome.vision, image->motion) &&
+      chain_.WantsNext(image->utime, *image->frame, image->found, map_.NumLandmarks(reference_));
+  if (outcome.begins_map || due) {
+    out->keyframe = MakeKeyframe(*image->frame, image->found, report);
+  }
+}
+
+// What an image tells of the place; num_inliers: of the pose from vision, 0 when it has none.
+PlaceEvidence Tracker::Impl::Evidence(const Image& image, const FramePose& report, bool placed,
+                                      int num_inliers) const {
+  PlaceEvidence e;
+  e.utime = image.utime;
+  e.placed = placed;
+  e.map_there = map_there();
+  e.num_inliers = num_inliers;
+  e.relocalised = image.snapped;
+  e.num_detected = report.num_detected;
+  e.other_view = other_view_;
+  e.T_OC = motion_.OdometryPose(image.utime);
+  return e;
+}
+
+// Doubt and questions about where this image was taken. Call when its pose is decided, before a
+// keyframe is made of it.
+void Tracker::Impl::ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome) {
+  FramePose& report = out->pose;
+  const bool placed_now = placed() || outcome->vision;
+  const PlaceEvidence evidence =
+      Evidence(image, report, placed_now, outcome->vision ? report.num_inliers : 0);
+  if (place_.Observe(evidence)) {
+    out->query = PlaceQuery{report.utime, 0, image.frame->features, image.frame->descriptors};
+  }
+  // An empty map begins where this tracker is.
+  const bool known = placed_now || image.hinted || (map_known_ && map_.empty());
+  claims_place_ = known && !place_.in_doubt();
+  if (claims_place_ || !evidence.map_there) return;
+  outcome->place_known = false;
+  report.reason = known ? TrackingReason::kPoseJump : TrackingReason::kPlaceUnknown;
+}
+
+bool Tracker::Impl::Push(const MapUpdate& update) {
+  const auto T_WK_before = map_.KeyframePose(reference_);
+  if (!map_.Apply(update)) return false;
+  if (update.snapshot) {
+    map_known_ = true;
+    map_frozen_ = update.frozen;
+  }
+  chain_.Skip(update.newest_keyframe);
+
+  // The pose follows the keyframe it is expressed in.
+  if (T_WK_before) {
+    const SE3 T_WC_before = T_WC_;
+    SE3 T_KC = T_WK_before->inverse() * T_WC_;
+    for (const KeyframeRemoval& removal : update.removed_keyframes) {
+      if (removal.id == reference_) {
+        reference_ = removal.parent;
+        T_KC = removal.T_ParentC * T_KC;
+      }
+    }
+    if (const auto T_WK = map_.KeyframePose(reference_)) T_WC_ = *T_WK * T_KC;
+    uncertainty_.Shift((T_WC_before.inverse() * T_WC_).Log());
+  }
+  if (!update.merged_landmarks.empty()) {
+    std::map<LandmarkId, LandmarkId> merged;
+    for (const LandmarkMerge& m : update.merged_landmarks) merged[m.from] = m.into;
+    for (TrackedPoint& t : tracked_) {
+      // A landmark may be merged more than once; the bound guards against a circle in bad data.
+      for (size_t i = 0; i < merged.size(); ++i) {
+        const auto it = merged.find(t.id);
+        if (it == merged.end()) break;
+        t.id = it->second;
+      }
+    }
+  }
+  return true;
+}
+
+void Tracker::Impl::Push(const Pose& pose) {
+  const double variance = pose.cov_T_WB.diagonal().head<3>().maxCoeff();
+  if (!placed() && pose.has_map && variance < kHintSigma * kHintSigma) hint_ = pose;
+}
+
+void Tracker::Impl::Push(const PlaceMatch& match) {
+  const auto T_OC = motion_.OdometryPose(match.utime);
+  if (!T_OC) return;
+  if (const auto confirmed = place_.Take(match, *T_OC)) confirmed_ = confirmed;
+}
+
+MapRequest Tracker::Impl::Request() const {
+  MapRequest request;
+  request.utime = utime_;
+  request.has_guess = placed() || hint_.has_value();
+  request.T_WC_guess = hint_ ? hint_->T_WB * camera_.T_BC : T_WC_;
+  return request;
+}
+
+Result<Tracker> Tracker::Create(const FrontendConfig& config, const CameraGeometry& geometry) {
+  Result<FeatureExtractor> extractor = FeatureExtractor::Create(config.orb, geometry);
+  if (!extractor) return extractor.error();
+  return Tracker(std::make_unique<Impl>(config, geometry, std::move(*extractor)));
+}
+
+Tracker::Tracker(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Tracker::Tracker(Tracker&&) noexcept = default;
+Tracker& Tracker::operator=(Tracker&&) noexcept = default;
+Tracker::~Tracker() = default;
+
+TrackerOutput Tracker::Push(const CameraFrame& frame) {
+  return impl_->Push(frame);
+}
+TrackerOutput Tracker::Track(Utime utime, int64_t seq, const FeatureFrame& features) {
+  return impl_->Track(utime, seq, features, TrackingReason::kNone);
+}
+bool Tracker::Push(const DrState& state) {
+  return impl_->Push(state);
+}
+bool Tracker::Push(const MapUpdate& update) {
+  return impl_->Push(update);
+}
+void Tracker::Push(const Pose& pose) {
+  impl_->Push(pose);
+}
+void Tracker::Push(const PlaceMatch& match) {
+  impl_->Push(match);
+}
+MapRequest Tracker::Request() const {
+  return impl_->Request();
+}
+bool Tracker::has_map() const {
+  return impl_->has_map();
+}
+
+}  // namespace gw::frontend

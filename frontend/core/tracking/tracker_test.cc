@@ -1,0 +1,471 @@
+// The tracker in a synthetic room: points with descriptors on four walls, a robot that drives a
+// curve, no pixels. GIVEN what the camera and the wheels see, the claims are about poses.
+#include "frontend/core/tracking/tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <map>
+
+#include "common/core/random.h"
+#include "frontend/core/place/recovery.h"
+
+namespace gw::frontend {
+namespace {
+
+constexpr int64_t kFrameUs = 33333;
+
+struct Room {
+  struct Point {
+    Eigen::Vector3d p_W;
+    Descriptor descriptor;
+  };
+  std::vector<Point> points;
+
+  explicit Room(int count) {
+    CounterRng rng(11, 0, 0);
+    for (int i = 0; i < count; ++i) {
+      const double along = rng.Uniform(-3, 3);
+      const double up = rng.Uniform(0, 2.2);
+      const double wall = 3.0;
+      Point point;
+      switch (i % 4) {
+        case 0:
+          point.p_W = {wall, along, up};
+          break;
+        case 1:
+          point.p_W = {-wall, along, up};
+          break;
+        case 2:
+          point.p_W = {along, wall, up};
+          break;
+        default:
+          point.p_W = {along, -wall, up};
+      }
+      for (uint64_t& word : point.descriptor) word = rng.NextU64();
+      points.push_back(point);
+    }
+  }
+};
+
+Calibration RobotCalibration() {
+  Calibration c;
+  c.camera.kind = CameraKind::kRgbd;
+  c.camera.width = 640;
+  c.camera.height = 480;
+  c.camera.left = {385, 385, 320, 240, {}};
+  // Optical frame looking along the body's x, 25 cm above the floor.
+  Eigen::Matrix3d R_BC;
+  R_BC << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  c.camera.T_BC = SE3(Eigen::Quaterniond(R_BC), {0.1, 0, 0.25});
+  return c;
+}
+
+// Turns on a small circle, so that all walls come into view; starts at the identity.
+SE3 TruePose(double t) {
+  const double angle = 0.5 * t;
+  const double radius = 0.8;
+  return SE3(ExpSO3({0, 0, angle}), {radius * std::sin(angle), radius * (1 - std::cos(angle)), 0});
+}
+
+class World {
+ public:
+  explicit World(int num_points = 3000) : room_(num_points) {
+    geometry_ = *MakeCameraGeometry(RobotCalibration());
+  }
+  const CameraGeometry& geometry() const { return geometry_; }
+
+  FeatureFrame See(const SE3& T_WB, int index, bool blind) const {
+    FeatureFrame frame;
+    if (blind) return frame;
+    CounterRng rng(12, 1, index);
+    const RectifiedCamera& camera = geometry_.rectified;
+    const SE3 T_CW = (T_WB * camera.T_BC).inverse();
+    for (const Room::Point& point : room_.points) {
+      const Eigen::Vector3d p_C = T_CW * point.p_W;
+      if (p_C.z() < 0.3) continue;
+      const Eigen::Vector2d uv = camera.Project(p_C);
+      if (!camera.InImage(uv) || rng.Uniform() < 0.15) continue;  // not every corner is found again
+      Feature f;
+      f.u = static_cast<float>(uv.x() + 0.4 * rng.Normal());
+      f.v = static_cast<float>(uv.y() + 0.4 * rng.Normal());
+      f.depth = static_cast<float>(p_C.z() + 0.003 * p_C.z() * p_C.z() * rng.Normal());
+      f.u_right = static_cast<float>(f.u - camera.bf() / f.depth);
+      Descriptor d = point.descriptor;
+      for (int k = 0; k < 20; ++k) d[rng.Below(4)] ^= uint64_t{1} << rng.Below(64);
+      frame.features.push_back(f);
+      frame.descriptors.push_back(d);
+      if (frame.features.size() >= 800) break;
+    }
+    frame.num_detected = static_cast<int>(frame.features.size());
+    return frame;
+  }
+
+ private:
+  Room room_;
+  CameraGeometry geometry_;
+};
+
+struct Recording {
+  std::vector<FramePose> poses;
+  std::vector<double> errors_m;  // position, per image
+  std::vector<Keyframe> keyframes;
+};
+
+// Drives for `images` images, blind in [blind_from, blind_to). dr_scale: wheel scale error; 0 = no
+// DR.
+Recording Drive(Variant variant, int images, int blind_from, int blind_to, double dr_scale) {
+  const World world;
+  FrontendConfig config;
+  config.variant = variant;
+  Tracker tracker = *Tracker::Create(config, world.geometry());
+  MapUpdate empty;
+  empty.snapshot = true;
+  EXPECT_TRUE(tracker.Push(empty));
+  Recording run;
+  SE3 T_OB;
+  for (int i = 0; i < images; ++i) {
+    const SE3 T_WB = TruePose(i * kFrameUs * 1e-6);
+    if (dr_scale > 0) {
+      if (i > 0) {
+        const SE3 step = TruePose((i - 1) * kFrameUs * 1e-6).inverse() * T_WB;
+        T_OB = T_OB * SE3(step.rotation(), dr_scale * step.translation());
+      }
+      DrState s;
+      s.utime = {i * kFrameUs};
+      s.seq = i + 1;
+      s.T_OB = T_OB;
+      EXPECT_TRUE(tracker.Push(s));
+    }
+    const bool blind = i >= blind_from && i < blind_to;
+    TrackerOutput out = tracker.Track({i * kFrameUs}, i + 1, world.See(T_WB, i, blind));
+    run.errors_m.push_back((out.pose.T_WB.translation() - T_WB.translation()).norm());
+    run.poses.push_back(out.pose);
+    if (out.keyframe) run.keyframes.push_back(*out.keyframe);
+  }
+  return run;
+}
+
+TEST(Tracker, FollowsThePathByVisionAlone) {
+  const Recording run = Drive(Variant::kNone, 300, 0, 0, 0);
+  for (size_t i = 0; i < run.poses.size(); ++i) {
+    EXPECT_EQ(run.poses[i].status, TrackingStatus::kTracking) << i;
+    EXPECT_LT(run.errors_m[i], 0.03) << i;
+  }
+  EXPECT_GT(run.keyframes.size(), 5u);
+}
+
+TEST(Tracker, VisionOnlyLosesThePoseInTheDarkAndFindsItAgain) {
+  const Recording run = Drive(Variant::kNone, 300, 100, 160, 0);
+  EXPECT_EQ(run.poses[150].status, TrackingStatus::kLost);
+  // Two seconds turn the robot by 60 degrees: the old view is gone, and only a return would help.
+  for (const FramePose& pose : run.poses) EXPECT_TRUE(pose.T_WB.IsFinite());
+}
+
+TEST(Tracker, DeadReckoningCarriesThePoseThroughTheDark) {
+  const Recording run = Drive(Variant::kFull, 300, 100, 160, 1.02);
+  EXPECT_EQ(run.poses[150].status, TrackingStatus::kDrOnly);
+  EXPECT_EQ(run.poses[150].alpha, DrWeightConfig{}.alpha_max);
+  for (size_t i = 0; i < run.poses.size(); ++i) EXPECT_LT(run.errors_m[i], 0.06) << i;
+  EXPECT_EQ(run.poses.back().status, TrackingStatus::kTracking);
+}
+
+TEST(Tracker, CovarianceGrowsWhileBlindAndShrinksAfter) {
+  const Recording run = Drive(Variant::kFull, 300, 100, 160, 1.0);
+  double last = 0;
+  for (int i = 101; i < 160; ++i) {
+    const double trace = run.poses[i].cov_T_WB.diagonal().head<3>().sum();
+    EXPECT_GT(trace, last);
+    last = trace;
+  }
+  EXPECT_LT(run.poses[299].cov_T_WB.diagonal().head<3>().sum(), last);
+}
+
+// Poses a second apart share their drift: the motion between them is known better than two
+// independent poses would say.
+TEST(Tracker, TellsTheCovarianceOfItsMotion) {
+  const Recording run = Drive(Variant::kFull, 200, 100, 160, 1.0);
+  EXPECT_EQ(run.poses[20].motion_us, 0);
+  for (size_t i = 32; i < run.poses.size(); ++i) {
+    const FramePose& b = run.poses[i];
+    ASSERT_EQ(b.motion_us, 30 * kFrameUs) << i;
+    EXPECT_GT(b.cov_motion.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0) << i;
+    const FramePose& a = run.poses[i - 30];
+    const Matrix6d adj = (b.T_WB.inverse() * a.T_WB).Adjoint();
+    const Matrix6d independent = b.cov_T_WB + adj * a.cov_T_WB * adj.transpose();
+    EXPECT_LE(b.cov_motion.trace(), independent.trace() * (1 + 1e-9)) << i;
+  }
+}
+
+TEST(Tracker, BlindPoseIsExactlyTheDeadReckoning) {
+  const Recording run = Drive(Variant::kFull, 200, 100, 160, 1.02);
+  const SE3 vision = run.poses[99].T_WB.inverse() * run.poses[159].T_WB;
+  SE3 dr;
+  for (int i = 100; i <= 159; ++i) {
+    const SE3 step = TruePose((i - 1) * kFrameUs * 1e-6).inverse() * TruePose(i * kFrameUs * 1e-6);
+    dr = dr * SE3(step.rotation(), 1.02 * step.translation());
+  }
+  EXPECT_LT((vision.inverse() * dr).Log().norm(), 1e-9);
+}
+
+TEST(Tracker, HealthyVisionIgnoresBadDeadReckoning) {
+  const Recording none = Drive(Variant::kNone, 200, 0, 0, 0);
+  const Recording full = Drive(Variant::kFull, 200, 0, 0, 1.05);
+  EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.005);
+}
+
+PlaceMatch Answer(const PlaceQuery& query, const SE3& T_WC) {
+  PlaceMatch match;
+  match.utime = query.utime;
+  match.query_seq = query.seq;
+  match.found = true;
+  match.T_WC = T_WC;
+  match.cov_T_WC = Matrix6d::Identity() * 1e-4;
+  match.num_sights = 100;
+  match.map_revision = 1;
+  match.keyframe = {1};
+  return match;
+}
+
+// The map that a drive has made, as its back-end would send it: the landmarks where the keyframes
+// placed them.
+MapUpdate Saved(const World& world, const std::vector<Keyframe>& keyframes) {
+  MapUpdate map;
+  map.snapshot = true;
+  map.revision = 1;
+  std::map<LandmarkId, LandmarkUpdate> landmarks;
+  for (const Keyframe& k : keyframes) {
+    map.newest_keyframe = k.id;
+    map.keyframes.push_back({k.id, k.utime, k.T_WC});
+    for (size_t i = 0; i < k.features.size(); ++i) {
+      if (!k.landmarks[i].valid()) continue;
+      LandmarkUpdate& l = landmarks[k.landmarks[i]];
+      l.observations.push_back({k.id, static_cast<int32_t>(i)});
+      if (l.id.valid()) continue;
+      const Feature& f = k.features[i];
+      const Eigen::Vector3d p_C = world.geometry().rectified.Unproject(f.u, f.v, f.depth);
+      l.id = k.landmarks[i];
+      l.p_W = k.T_WC * p_C;
+      l.normal_W = k.T_WC.rotation() * p_C.normalized();
+      l.max_distance = static_cast<float>(p_C.norm());  // all features are of level 0
+      l.min_distance = l.max_distance / 3.6F;
+      l.descriptor = k.descriptors[i];
+    }
+  }
+  for (const auto& [id, landmark] : landmarks) map.landmarks.push_back(landmark);
+  return map;
+}
+
+bool ClaimsAPlace(const FramePose& pose) {
+  return pose.cov_T_WB.diagonal().head<3>().sum() < 1.0;
+}
+
+// A start in the map of a first round. The views near the origin of W are exactly those that the
+// robot sees now, but nobody has told it that it is there: another room may look the same.
+class StartInASavedMap : public testing::Test {
+ protected:
+  StartInASavedMap() : map_(Saved(world_, Drive(Variant::kFull, 400, 0, 0, 1.0).keyframes)) {}
+
+  TrackerOutput See(Tracker& tracker, int i) {
+    if (has_dr_) {
+      DrState state;
+      state.utime = {i * kFrameUs};
+      state.seq = i + 1;
+      state.T_OB = TruePose(i * kFrameUs * 1e-6);
+      EXPECT_TRUE(tracker.Push(state));
+    }
+    return tracker.Track({i * kFrameUs}, i + 1,
+                         world_.See(TruePose(i * kFrameUs * 1e-6), 1000 + i, false));
+  }
+
+  static Tracker Make(const World& world, Variant variant) {
+    FrontendConfig config;
+    config.variant = variant;
+    return *Tracker::Create(config, world.geometry());
+  }
+
+  const World world_;
+  const MapUpdate map_;
+  bool has_dr_ = true;
+};
+
+TEST_F(StartInASavedMap, ClaimsNothingUntilThreeAnswersAgree) {
+  Tracker tracker = Make(world_, Variant::kFull);
+  // Whether there is a map is not known either.
+  EXPECT_FALSE(ClaimsAPlace(See(tracker, 0).pose));
+  EXPECT_TRUE(tracker.Push(map_));
+  std::vector<PlaceQuery> asked;
+  int i = 1;
+  for (; asked.size() < 3; ++i) {
+    ASSERT_LT(i, 60);
+    const TrackerOutput out = See(tracker, i);
+    EXPECT_FALSE(ClaimsAPlace(out.pose)) << i;
+    EXPECT_EQ(out.pose.status, TrackingStatus::kRecovering);
+    EXPECT_EQ(out.pose.reason, TrackingReason::kPlaceUnknown);
+    EXPECT_FALSE(out.keyframe) << i;
+    if (out.query) asked.push_back(*out.query);
+  }
+  for (const PlaceQuery& query : asked) {
+    tracker.Push(Answer(query, TruePose(query.utime.seconds()) * world_.geometry().rectified.T_BC));
+  }
+  for (; i < 60; ++i) {
+    const TrackerOutput out = See(tracker, i);
+    EXPECT_TRUE(ClaimsAPlace(out.pose)) << i;
+    EXPECT_GT(out.pose.num_inliers, 100) << i;
+    const SE3 error = TruePose(i * kFrameUs * 1e-6).inverse() * out.pose.T_WB;
+    EXPECT_LT(error.translation().norm(), 0.05) << i;
+    EXPECT_EQ(out.pose.reason, TrackingReason::kNone) << i;
+  }
+}
+
+// Three answers that agree, but the image does not look like that.
+TEST_F(StartInASavedMap, AConfirmedPlaceThatIsNotSeenIsNotClaimed) {
+  Tracker tracker = Make(world_, Variant::kFull);
+  EXPECT_TRUE(tracker.Push(map_));
+  const SE3 wrong(ExpSO3({0, 0, 2.0}), {0.5, 0.5, 0});
+  for (int i = 0; i < 60; ++i) {
+    const TrackerOutput out = See(tracker, i);
+    EXPECT_FALSE(ClaimsAPlace(out.pose)) << i;
+    if (!out.query) continue;
+    tracker.Push(Answer(*out.query, wrong * TruePose(out.query->utime.seconds()) *
+                                        world_.geometry().rectified.T_BC));
+  }
+}
+
+TEST_F(StartInASavedMap, WithoutDeadReckoningSeveralImagesHaveToAgree) {
+  has_dr_ = false;
+  Tracker tracker = Make(world_, Variant::kNone);
+  EXPECT_TRUE(tracker.Push(map_));
+  for (int i = 0; i < 30; ++i) {
+    EXPECT_EQ(ClaimsAPlace(See(tracker, i).pose), i + 1 >= Recovery::kContradictingImages) << i;
+  }
+}
+
+TEST_F(StartInASavedMap, APoseOfTheDrProcessIsAPlaceToStartFrom) {
+  Pose pose;
+  pose.has_map = true;
+  pose.cov_T_WB = Matrix6d::Identity() * 1e-4;
+  Tracker tracker = Make(world_, Variant::kFull);
+  EXPECT_TRUE(tracker.Push(map_));
+  tracker.Push(pose);
+  EXPECT_TRUE(ClaimsAPlace(See(tracker, 0).pose));
+  EXPECT_GT(See(tracker, 1).pose.num_inliers, 100);
+
+  // ... but not one that does not know its place itself.
+  pose.cov_T_WB = CovarianceOfNoIdea();
+  Tracker other = Make(world_, Variant::kFull);
+  EXPECT_TRUE(other.Push(map_));
+  other.Push(pose);
+  EXPECT_FALSE(ClaimsAPlace(See(other, 0).pose));
+  EXPECT_EQ(See(other, 1).pose.reason, TrackingReason::kPlaceUnknown);
+}
+
+// After one round of the circle the robot is set down on its other side; dead reckoning does not
+// notice. A back-end that knows the place answers each question before the next image.
+TEST(Tracker, CarriedAwayItClaimsNothingAsksAndFollowsTheAnswers) {
+  const World world;
+  FrontendConfig config;
+  config.variant = Variant::kFull;
+  Tracker tracker = *Tracker::Create(config, world.geometry());
+  MapUpdate empty;
+  empty.snapshot = true;
+  EXPECT_TRUE(tracker.Push(empty));
+  constexpr int kCarried = 400;
+  const auto true_pose = [](int i) {
+    return TruePose((i < kCarried ? i : i + 189) * kFrameUs * 1e-6);
+  };
+  SE3 T_OB;
+  std::optional<PlaceMatch> answer;
+  int found_after = -1;
+  std::optional<Keyframe> first_there;
+  for (int i = 0; i < kCarried + 90; ++i) {
+    const SE3 T_WB = true_pose(i);
+    if (i > 0 && i != kCarried) T_OB = T_OB * (true_pose(i - 1).inverse() * T_WB);
+    DrState state;
+    state.utime = {i * kFrameUs};
+    state.seq = i + 1;
+    state.T_OB = T_OB;
+    EXPECT_TRUE(tracker.Push(state));
+    if (answer) tracker.Push(*answer);
+    const TrackerOutput out = tracker.Track({i * kFrameUs}, i + 1, world.See(T_WB, i, false));
+    answer.reset();
+    if (out.query) {
+      EXPECT_GE(i, kCarried);
+      answer = Answer(*out.query, T_WB * world.geometry().rectified.T_BC);
+    }
+    if (i < kCarried) continue;
+    if ((out.pose.T_WB.translation() - T_WB.translation()).norm() > 0.5) {
+      EXPECT_GT(out.pose.cov_T_WB.diagonal().head<3>().sum(), 1.0) << i;
+      EXPECT_FALSE(out.keyframe) << i;
+    } else if (found_after < 0) {
+      found_after = i - kCarried;
+    }
+    if (out.keyframe && !first_there) first_there = out.keyframe;
+  }
+  EXPECT_GT(found_after, 0);
+  EXPECT_LT(found_after, 30);  // three answers, one every 0.2 s
+  ASSERT_TRUE(first_there);
+  EXPECT_FALSE(first_there->dr);  // it does not lead from where the robot was lifted
+}
+
+TEST(Tracker, EveryImageGetsAPoseEvenBadOnes) {
+  const World world;
+  Tracker tracker = *Tracker::Create({}, world.geometry());
+  CameraFrame empty;
+  empty.utime = {1000};
+  EXPECT_EQ(tracker.Push(empty).pose.reason, TrackingReason::kBadImage);
+  const uint8_t pixels[16] = {};
+  CameraFrame small;
+  small.utime = {34000};
+  small.left = small.depth = {pixels, 4, 4, 4, PixelFormat::kGray8};
+  EXPECT_EQ(tracker.Push(small).pose.reason, TrackingReason::kBadImage);
+  small.utime = {33000};
+  EXPECT_EQ(tracker.Push(small).pose.reason, TrackingReason::kTimeReversed);
+}
+
+TEST(Tracker, WaitsForTheMapBeforeItBeginsOne) {
+  const World world;
+  Tracker tracker = *Tracker::Create({}, world.geometry());
+  const auto out = tracker.Track({0}, 1, world.See(SE3(), 0, false));
+  EXPECT_EQ(out.pose.status, TrackingStatus::kInitializing);
+  EXPECT_FALSE(out.keyframe);
+  MapUpdate taken;
+  taken.snapshot = true;
+  taken.newest_keyframe = {41};
+  EXPECT_TRUE(tracker.Push(taken));
+  const auto next = tracker.Track({kFrameUs}, 2, world.See(SE3(), 1, false));
+  ASSERT_TRUE(next.keyframe);
+  EXPECT_EQ(next.keyframe->id.value, 42);
+}
+
+TEST(Tracker, MakesNoKeyframeOfAFrozenMap) {
+  const World world;
+  Tracker tracker = *Tracker::Create({}, world.geometry());
+  MapUpdate frozen;
+  frozen.snapshot = frozen.frozen = true;
+  EXPECT_TRUE(tracker.Push(frozen));
+  EXPECT_FALSE(tracker.Track({0}, 1, world.See(SE3(), 0, false)).keyframe);
+  frozen.frozen = false;
+  EXPECT_TRUE(tracker.Push(frozen));
+  EXPECT_TRUE(tracker.Track({kFrameUs}, 2, world.See(SE3(), 1, false)).keyframe);
+}
+
+TEST(Tracker, RefusesAMapUpdateWithAGap) {
+  const World world;
+  Tracker tracker = *Tracker::Create({}, world.geometry());
+  MapUpdate update;
+  update.snapshot = true;
+  update.revision = 5;
+  EXPECT_TRUE(tracker.Push(update));
+  update.snapshot = false;
+  update.base_revision = 6;
+  update.revision = 7;
+  EXPECT_FALSE(tracker.Push(update));
+  update.base_revision = 5;
+  update.revision = 6;
+  EXPECT_TRUE(tracker.Push(update));
+}
+
+}  // namespace
+}  // namespace gw::frontend

@@ -8,10 +8,13 @@ import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path[:0] = [HERE, os.path.join(HERE, "../../../test/golden")]
+import behaviour  # noqa: E402
 import cites  # noqa: E402
 import cycles  # noqa: E402
 import function_length  # noqa: E402
+import layering  # noqa: E402
 import skipped  # noqa: E402
 import sources  # noqa: E402
 import syntax  # noqa: E402
@@ -35,6 +38,25 @@ class Repository(unittest.TestCase):
             os.makedirs(os.path.dirname(path), exist_ok=True)
         with open(path, "w", encoding="utf-8") as file:
             file.write(text)
+
+
+class Layering(Repository):
+    def check(self):
+        subprocess.run(["git", "add", "-A"], check=True)
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            code = layering.main()
+        return code, out.getvalue()
+
+    def test_a_core_sees_neither_shells_nor_threads(self):
+        self.write("common/core/a.h", "#include <vector>\n")
+        self.write("backend/core/b.h", '#include "common/core/a.h"\n')
+        self.assertEqual(self.check()[0], 0)
+        self.write("backend/core/c.h", '#include "backend/process/d.h"\n#include <thread>\n')
+        code, text = self.check()
+        self.assertEqual(code, 1)
+        self.assertIn("backend/core/c.h:1: backend/core must not include backend/process/d.h", text)
+        self.assertIn("backend/core/c.h:2: backend/core must not include <thread>", text)
 
 
 class Cycles(Repository):
@@ -184,6 +206,21 @@ class Excuses(unittest.TestCase):
         code, text = self.finish([], ["a.h: is bad"])
         self.assertEqual(code, 1)
         self.assertIn("delete its line", text)
+
+
+class Behaviour(unittest.TestCase):
+    ACCEPTED = ["cpu vendor: A", "x full: APE live [mm]: 2.0", "x full: sha256 dr.tum 12"]
+
+    def test_what_counts_as_a_difference(self):
+        self.assertEqual(behaviour.compare(self.ACCEPTED, self.ACCEPTED), ([], False))
+        other_bytes = [self.ACCEPTED[0], self.ACCEPTED[1], "x full: sha256 dr.tum 34"]
+        diff, counts = behaviour.compare(self.ACCEPTED, other_bytes)
+        self.assertIn("+x full: sha256 dr.tum 34", diff)
+        self.assertTrue(counts)
+
+    def test_on_another_vendors_cpu_figures_count_and_hashes_do_not(self):
+        self.assertFalse(behaviour.compare(self.ACCEPTED, ["cpu vendor: B", self.ACCEPTED[1], "x full: sha256 dr.tum 34"])[1])
+        self.assertTrue(behaviour.compare(self.ACCEPTED, ["cpu vendor: B", "x full: APE live [mm]: 3.0", self.ACCEPTED[2]])[1])
 
 
 if __name__ == "__main__":

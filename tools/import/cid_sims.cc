@@ -6,6 +6,7 @@
 
 #include "tools/import/gyro_alignment.h"
 #include "tools/import/image_file.h"
+#include "tools/import/imu_check.h"
 #include "tools/import/sensor_yaml.h"
 #include "tools/import/streams.h"
 #include "tools/import/text_table.h"
@@ -54,7 +55,9 @@ Result<std::vector<ImuSample>> ReadImu(const fs::path& file, std::vector<std::st
   const Result<TextTable> table = TextTable::Read(file, "lines `t wx wy wz ax ay az`");
   if (!table) return table.error();
   std::vector<ImuSample> samples;
+  SpoiltRows spoilt;
   for (const TextRow& row : table->rows()) {
+    if (spoilt.Skip(row, 0, 7)) continue;
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     const Result<std::vector<double>> v = row.Numbers(1, 6);
@@ -66,7 +69,9 @@ Result<std::vector<ImuSample>> ReadImu(const fs::path& file, std::vector<std::st
     sample.has_accel = true;
     samples.push_back(sample);
   }
-  MakeOrdered(samples, file.filename().string(), warnings);
+  const Result<Done> good = spoilt.Report(table->rows().size(), warnings);
+  if (!good) return good.error();
+  OrderImu(samples, file.filename().string(), warnings);
   return samples;
 }
 
@@ -172,7 +177,7 @@ Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& opti
   const char* const truth_name =
       Exists(source / "groundtruth.txt") ? "groundtruth.txt" : "pose.txt";
   if (Exists(source / truth_name)) {
-    Result<std::vector<StampedPose>> poses = ReadTumTrajectory(
+    Result<std::vector<StampedPose>> poses = ReadTrueTrajectory(
         source / truth_name, "lines `t px py pz qx qy qz qw` of the camera", recording.warnings);
     if (!poses) return poses.error();
     T_GC = *std::move(poses);

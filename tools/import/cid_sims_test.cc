@@ -91,7 +91,7 @@ TEST(CidSims, ReadsImagesImuWheelsAndGroundTruth) {
   EXPECT_EQ(recording->imu.size(), 1000u);
   ASSERT_EQ(recording->wheel.size(), 1u);
   EXPECT_NEAR(recording->wheel[0].dx_m, 0.1, 1e-12);
-  EXPECT_THAT(AllText(recording->warnings), HasSubstr("odom.txt: 1 records repeat a time"));
+  EXPECT_THAT(AllText(recording->warnings), HasSubstr("odom.txt: 1 of 3 records repeat a time"));
   // The camera moves along x of the ground truth's frame; the body is 0.37 m behind it.
   ASSERT_FALSE(recording->ground_truth.empty());
   ExpectPose(recording->ground_truth[0].T_GB * camera.T_BC,

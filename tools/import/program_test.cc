@@ -220,9 +220,10 @@ TEST(Program, ExitCodesFollowTheDocumentedTable) {
   EXPECT_EQ(RunImport("tum " + at + "/none --out " + at + "/o.lcm --config-out " + at + "/o.yaml")
                 .exit_code,
             1);
-  // The preset's principal point lies outside an 80 x 64 image.
+  // The principal point lies outside an 80 x 64 image.
   const RunResult bad_calibration =
-      RunImport("tum " + at + "/src --out " + at + "/o.lcm --config-out " + at + "/o.yaml");
+      RunImport("tum " + at + "/src --intrinsics 60,60,240,32 --out " + at +
+                "/o.lcm --config-out " + at + "/o.yaml");
   EXPECT_EQ(bad_calibration.exit_code, 78);
   EXPECT_THAT(bad_calibration.out, HasSubstr("principal point"));
   EXPECT_FALSE(fs::exists(folder.path() / "o.lcm"));

@@ -8,6 +8,7 @@
 
 #include "common/config/loader.h"
 #include "tools/import/image_file.h"
+#include "tools/import/imu_check.h"
 #include "tools/import/ros_messages.h"
 #include "tools/import/streams.h"
 #include "tools/import/trajectory.h"
@@ -132,8 +133,9 @@ Result<Done> PairFrames(std::unique_ptr<OpenBag> bag, Streams& streams, Recordin
     for (const BagImage& image : images) out.push_back(image.utime);
     return out;
   };
-  MakeOrdered(streams.left, "images", recording.warnings);
-  MakeOrdered(streams.depth, "depth images", recording.warnings);
+  Result<Done> ordered = MakeOrdered(streams.left, "images", recording.warnings);
+  if (ordered) ordered = MakeOrdered(streams.depth, "depth images", recording.warnings);
+  if (!ordered) return ordered;
   std::vector<BagFrames::Pair> pairs;
   for (const auto& [i, j] :
        AssociateNearest(times(streams.left), times(streams.depth), Milliseconds(20))) {
@@ -218,9 +220,10 @@ Result<Recording> ReadRosbag(const std::filesystem::path& file, const RosbagOpti
   }
   const Result<Done> paired = PairFrames(std::move(bag), streams, recording);
   if (!paired) return paired.error();
-  MakeOrdered(recording.imu, options.imu, recording.warnings);
-  MakeOrdered(streams.odometry, options.odometry, recording.warnings);
-  MakeOrdered(streams.truth, options.transforms, recording.warnings);
+  OrderImu(recording.imu, options.imu, recording.warnings);
+  Result<Done> ordered = MakeOrdered(streams.odometry, options.odometry, recording.warnings);
+  if (ordered) ordered = MakeOrdered(streams.truth, options.transforms, recording.warnings);
+  if (!ordered) return ordered.error();
   recording.wheel = WheelIncrements(streams.odometry);
   recording.ground_truth = GroundTruthOfBody(streams.truth, SE3());
   if (streams.truth.empty()) {

@@ -101,25 +101,22 @@ void JudgeHeading(const DrMotion& motion, DrVerdict* verdict) {
   if (motion.wheel_turn_rad) {
     text += Format(", %+.2f by the wheels' own sum", kDegrees * *motion.wheel_turn_rad);
   }
-  if (motion.gyro_turn_rad) {
-    text += Format(", %+.2f by the gyro alone (bias of %zu standstills)",
-                   kDegrees * *motion.gyro_turn_rad, motion.standstills.size());
-  }
   verdict->facts.push_back(text);
-  const auto off = [&](double other) { return kDegrees * std::abs(motion.turn_rad - other); };
+  if (!motion.gyro) return;
+  const GyroWitness& gyro = *motion.gyro;
+  const double off = kDegrees * std::abs(gyro.dr_turn_rad - gyro.turn_rad);
+  verdict->facts.push_back(Format(
+      "gyro alone: turned by %+.2f deg (bias of %zu standstills), where dead reckoning says %+.2f "
+      "and the wheels %+.2f",
+      kDegrees * gyro.turn_rad, gyro.standstills.size(), kDegrees * gyro.dr_turn_rad,
+      kDegrees * gyro.wheel_turn_rad));
   // Without a standstill the gyro's bias is unknown, and its integral no witness.
-  if (motion.gyro_turn_rad && !motion.standstills.empty()) {
-    const double minutes = (motion.covered + motion.uncovered).seconds() / 60;
-    const double bar = std::max(kTurnToleranceDeg, kTurnDriftDegPerMin * minutes);
-    if (off(*motion.gyro_turn_rad) > bar) {
-      verdict->problems.push_back(Format("the heading differs from the gyro's integral by %.1f deg",
-                                         off(*motion.gyro_turn_rad)));
-    }
-    if (motion.wheel_turned_rad && kDegrees * *motion.wheel_turned_rad > 45) {
-      verdict->facts.push_back(
-          Format("wheels' turn against the gyro's: %.2f deg apart at the end",
-                 kDegrees * std::abs(*motion.wheel_turn_rad - *motion.gyro_turn_rad)));
-    }
+  if (gyro.standstills.empty()) return;
+  const double bar =
+      std::max(kTurnToleranceDeg, kTurnDriftDegPerMin * motion.covered.seconds() / 60);
+  if (off > bar) {
+    verdict->problems.push_back(
+        Format("the heading differs from the gyro's integral by %.1f deg", off));
   }
 }
 
@@ -255,17 +252,24 @@ std::string CountersJson(const dr_ekf::DrCounters& c) {
                 c.rejected_non_monotonic, c.rejected_future, c.rejected_absurd, c.resets);
 }
 
+std::string GyroJson(const GyroWitness& gyro) {
+  return Format(
+      "{\"turn_rad\": %.9g, \"dr_turn_rad\": %.9g, \"wheel_turn_rad\": %.9g, "
+      "\"wheel_turned_rad\": %.9g, \"standstills\": %zu}",
+      gyro.turn_rad, gyro.dr_turn_rad, gyro.wheel_turn_rad, gyro.wheel_turned_rad,
+      gyro.standstills.size());
+}
+
 std::string MotionJson(const DrMotion& m) {
   std::string out = Format(
-      "{\"way_m\": %.9g, \"turn_rad\": %.9g, \"height_min_m\": %.9g, "
-      "\"height_max_m\": %.9g, \"tilt_max_rad\": %.9g",
+      "{\"way_m\": %.9g, \"turn_rad\": %.9g, \"height_min_m\": %.9g, \"height_max_m\": %.9g, "
+      "\"tilt_max_rad\": %.9g",
       m.way_m, m.turn_rad, m.height_min_m, m.height_max_m, m.tilt_max_rad);
   out += ", \"wheel_way_m\": " + JsonOptional(m.wheel_way_m) +
          ", \"wheel_turn_rad\": " + JsonOptional(m.wheel_turn_rad) +
-         ", \"wheel_turned_rad\": " + JsonOptional(m.wheel_turned_rad) +
-         ", \"gyro_turn_rad\": " + JsonOptional(m.gyro_turn_rad);
-  return out + Format(", \"standstills\": %zu, \"covered_s\": %.6f, \"uncovered_s\": %.6f}",
-                      m.standstills.size(), m.covered.seconds(), m.uncovered.seconds());
+         ", \"gyro\": " + (m.gyro ? GyroJson(*m.gyro) : "null");
+  return out + Format(", \"covered_s\": %.6f, \"uncovered_s\": %.6f}", m.covered.seconds(),
+                      m.uncovered.seconds());
 }
 
 std::string EstimatesJson(const DrState& s) {

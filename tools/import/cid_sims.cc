@@ -8,6 +8,7 @@
 #include "tools/import/image_file.h"
 #include "tools/import/imu_check.h"
 #include "tools/import/sensor_yaml.h"
+#include "tools/import/stated_size.h"
 #include "tools/import/streams.h"
 #include "tools/import/text_table.h"
 #include "tools/import/trajectory.h"
@@ -125,6 +126,22 @@ Result<SE3> ReadCidSimsCalibration(const fs::path& file, const std::string& moun
   std::copy(d->begin(), d->end(), camera.left.radtan.begin());
   camera.depth_unit_m = 1.0 / *depth_factor;
 
+  const Result<double> width = yaml.Number("cam_width");
+  if (!width) return width.error();
+  const Result<double> height = yaml.Number("cam_height");
+  if (!height) return height.error();
+  camera.width = static_cast<int>(*width);
+  camera.height = static_cast<int>(*height);
+  if (yaml.Has("T_DtoC")) {
+    const Result<SE3> T_CD = yaml.Pose("T_DtoC", recording.warnings);
+    if (!T_CD) return T_CD.error();
+    if (T_CD->Log().norm() > 1e-6) {
+      recording.warnings.emplace_back(
+          "T_DtoC is not the identity: depth images that are not aligned to the colour camera give "
+          "wrong landmarks; align them first");
+    }
+  }
+
   if (mount != "high" && mount != "low") {
     return Error{ErrorCode::kInvalidArgument,
                  "--mount high|low is needed: the calibration holds two camera mountings, and only "
@@ -164,7 +181,9 @@ Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& opti
   if (!calibration_file) return calibration_file.error();
   const Result<SE3> T_ItoC = ReadCidSimsCalibration(*calibration_file, options.mount, recording);
   if (!T_ItoC) return T_ItoC.error();
-  const CameraCalibration& camera = recording.calibration.camera;
+  CameraCalibration& camera = recording.calibration.camera;
+  const int stated_width = camera.width;
+  const int stated_height = camera.height;
 
   Result<std::vector<FrameFiles>> files = ListedFrames(source);
   if (!files) return files.error();
@@ -172,6 +191,9 @@ Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& opti
       MakeFileFrames(*std::move(files), options, recording);
   if (!frames) return frames.error();
   recording.frames = *std::move(frames);
+  const Result<Done> fits = FitStatedSize(stated_width, stated_height, calibration_file->string(),
+                                          camera, &camera.left, recording.warnings);
+  if (!fits) return fits.error();
 
   std::vector<StampedPose> T_GC;
   const char* const truth_name =

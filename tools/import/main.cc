@@ -177,6 +177,7 @@ struct Command {
   std::string intrinsics;
   double depth_unit_m = 0;
   CidSimsOptions cid;
+  OpenLorisOptions loris;
   OdometryOptions odometry;
   RosbagOptions bag;
 };
@@ -251,8 +252,20 @@ void AddCidSims(CLI::App& app, Command& c) {
 void AddOpenLoris(CLI::App& app, Command& c) {
   CLI::App* const loris =
       AddFormat(app, "openloris", "OpenLORIS-Scene: RGB-D, IMU, wheels; also without images", c);
-  loris->callback(
-      [&c] { c.read = [&c] { return ReadOpenLoris(c.common.source, {c.common.skip_missing}); }; });
+  CLI::Option* const encoders = loris->add_option(
+      "--encoders", c.loris.encoders,
+      "instead of odom.txt: the encoders' readings, lines `t left right` (ticks)");
+  CLI::Option* const ticks =
+      loris->add_option("--ticks-per-turn", c.loris.ticks_per_turn, "of a wheel, with --encoders")
+          ->check(CLI::Range(1.0, 1e9));
+  encoders->needs(ticks);
+  ticks->needs(encoders);
+  loris->callback([&c] {
+    c.read = [&c] {
+      c.loris.skip_missing = c.common.skip_missing;
+      return ReadOpenLoris(c.common.source, c.loris);
+    };
+  });
 }
 
 void AddOdometry(CLI::App& app, Command& c) {

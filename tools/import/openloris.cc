@@ -1,11 +1,13 @@
 #include "tools/import/openloris.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "tools/import/body_frame.h"
+#include "tools/import/encoders.h"
 #include "tools/import/image_list.h"
 #include "tools/import/imu_check.h"
 #include "tools/import/nominal_camera.h"
@@ -230,14 +232,47 @@ Result<Done> ReadImuStatements(const SensorYaml& sensors, Recording& recording) 
   return Done{};
 }
 
-Result<Done> ReadBase(const SensorYaml& sensors, Recording& recording) {
+// Track and ticks of the base; ticks_per_turn comes from the command line, 0: not given.
+Result<Done> ReadBase(const SensorYaml& sensors, double ticks_per_turn, Recording& recording) {
   if (!sensors.Has(kOdometer)) return Done{};
   const Result<SensorYaml> odometer = sensors.Section(kOdometer);
   if (!odometer) return odometer.error();
-  if (!odometer->Has("wheel_base")) return Done{};
-  const Result<double> track = odometer->Number("wheel_base");
-  if (!track) return track.error();
-  recording.calibration.wheel.track_width_m = *track;
+  WheelCalibration& wheel = recording.calibration.wheel;
+  double radius_m = 0;
+  for (const auto& [key, value] :
+       {std::pair{"wheel_base", &wheel.track_width_m}, {"wheel_radius", &radius_m}}) {
+    if (!odometer->Has(key)) continue;
+    const Result<double> number = odometer->Number(key);
+    if (!number) return number.error();
+    if (*number <= 0) return odometer->BadData(key, "must be positive");
+    *value = *number;
+  }
+  if (radius_m > 0 && ticks_per_turn > 0) {
+    wheel.ticks_per_metre = ticks_per_turn / (2 * M_PI * radius_m);
+  }
+  return Done{};
+}
+
+Result<Done> ReadWheels(const fs::path& source, const OpenLorisOptions& options,
+                        Recording& recording) {
+  if (!options.encoders.empty()) {
+    const WheelCalibration& wheel = recording.calibration.wheel;
+    auto wheels = ReadEncoders(options.encoders, {wheel.ticks_per_metre, wheel.track_width_m},
+                               recording.warnings);
+    if (!wheels) return wheels.error();
+    recording.wheel = *std::move(wheels);
+    recording.notes.emplace_back("wheel", "increments between the encoders' readings of " +
+                                              options.encoders.filename().string());
+    return Done{};
+  }
+  const auto odometry = ReadTumTrajectory(
+      source / "odom.txt", "lines `t px py pz qx qy qz qw ...` of base_link", recording.warnings);
+  if (!odometry) return odometry.error();
+  recording.wheel = WheelIncrements(*odometry);
+  recording.notes.emplace_back(
+      "wheel",
+      "increments between odometry poses (the file's twists are left out: some are in the "
+      "odometry frame); except in `market` the odometry is already fused with a gyro");
   return Done{};
 }
 
@@ -269,7 +304,7 @@ Result<Done> ReadImu(const fs::path& source, const FrameTree& tree, Recording& r
 
 }  // namespace
 
-Result<Recording> ReadOpenLoris(const fs::path& source, const ReadOptions& options) {
+Result<Recording> ReadOpenLoris(const fs::path& source, const OpenLorisOptions& options) {
   Recording recording;
   recording.format = "openloris";
   recording.name = FolderName(source);
@@ -300,17 +335,11 @@ Result<Recording> ReadOpenLoris(const fs::path& source, const ReadOptions& optio
     const Result<SensorYaml> sensors = SensorYaml::Read(source / "sensors.yaml", "the sensors");
     if (!sensors) return sensors.error();
     Result<Done> stated = ReadImuStatements(*sensors, recording);
-    if (stated) stated = ReadBase(*sensors, recording);
+    if (stated) stated = ReadBase(*sensors, options.ticks_per_turn, recording);
     if (!stated) return stated.error();
   }
-  const auto odometry = ReadTumTrajectory(
-      source / "odom.txt", "lines `t px py pz qx qy qz qw ...` of base_link", recording.warnings);
-  if (!odometry) return odometry.error();
-  recording.wheel = WheelIncrements(*odometry);
-  recording.notes.emplace_back(
-      "wheel",
-      "increments between odometry poses (the file's twists are left out: some are in the "
-      "odometry frame); except in `market` the odometry is already fused with a gyro");
+  const Result<Done> wheels = ReadWheels(source, options, recording);
+  if (!wheels) return wheels.error();
   if (Exists(source / "groundtruth.txt")) {
     const auto T_GB =
         ReadTrueTrajectory(source / "groundtruth.txt", "poses of base_link", recording.warnings);

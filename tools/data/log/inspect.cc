@@ -51,9 +51,10 @@ class Inspector {
     const std::string channel(event.channel);
     if (report_.events == 0) report_.begin = event.received;
     clock_.Add(event.received);
+    index_ = report_.events;
     if (report_.events > 0 && event.received < previous_) {
       ++report_.receive_time_faults;
-      Problem(channel, "receive time", event.number, "received before the event in front of it");
+      Problem(channel, "receive time", index_, "received before the event in front of it");
     }
     previous_ = event.received;
     report_.end = std::max(report_.end, event.received);
@@ -75,7 +76,7 @@ class Inspector {
     }
     if (refused) {
       ++stats.undecodable;
-      Problem(channel, "undecodable", event.number, *refused);
+      Problem(channel, "undecodable", index_, *refused);
     }
     if (!right_type) return CountTime(stats, event.received);
     if (channel == wire::kNote) KeepNote(event);
@@ -101,9 +102,7 @@ class Inspector {
     }
     report_.length = clock_.length();
     report_.time_steps = clock_.steps();
-    for (const TimeStep& step : report_.time_steps) {
-      if (step.by().us < 0) report_.problems.push_back(Describe(step));
-    }
+    for (const TimeStep& step : report_.time_steps) report_.problems.push_back(Describe(step));
     report_.file_bytes = reader.size();
     report_.skipped_bytes = reader.skipped_bytes();
     report_.truncated = reader.truncated();
@@ -171,19 +170,19 @@ class Inspector {
       ++stats.restarts;
     } else if (header.seq <= before.seq) {
       ++stats.sequence_faults;
-      Problem(channel, "sequence", event.number,
+      Problem(channel, "sequence", index_,
               "seq " + std::to_string(header.seq) + " after " + std::to_string(before.seq));
     } else if (header.seq > before.seq + 1) {
       const int64_t lost = header.seq - before.seq - 1;
       stats.lost += lost;
-      Problem(channel, "lost", event.number,
+      Problem(channel, "lost", index_,
               std::to_string(lost) + " messages lost between seq " + std::to_string(before.seq) +
                   " and " + std::to_string(header.seq));
     }
     const bool repeated = header.utime == before.utime && TimesMustDiffer(channel);
     if (header.utime < before.utime || repeated) {
       ++stats.time_faults;
-      Problem(channel, "time", event.number,
+      Problem(channel, "time", index_,
               repeated ? "repeats the utime of the message before"
                        : "utime is " + std::to_string((before.utime - header.utime).us) +
                              " us before that of the message before");
@@ -193,7 +192,8 @@ class Inspector {
   InspectDepth depth_;
   LogReport report_;
   LogClock clock_;
-  Utime previous_;                                            // receive time of the event before
+  int64_t index_ = 0;  // of the event in the file; its own number begins anew in a joined log
+  Utime previous_;     // receive time of the event before
   std::map<std::pair<std::string, std::string>, Last> last_;  // by channel and sender
   std::map<std::pair<std::string, int64_t>, std::vector<int64_t>> delivered_;  // channel, session
   std::map<std::pair<std::string, std::string>, int64_t> problem_counts_;      // channel, kind

@@ -102,25 +102,22 @@ void JudgeHeading(const DrMotion& motion, DrVerdict* verdict) {
   if (motion.wheel_turn_rad) {
     text += Format(", %+.2f by the wheels' own sum", kDegrees * *motion.wheel_turn_rad);
   }
-  if (motion.gyro_turn_rad) {
-    text += Format(", %+.2f by the gyro alone (bias of %zu standstills)",
-                   kDegrees * *motion.gyro_turn_rad, motion.standstills.size());
-  }
   verdict->facts.push_back(text);
-  const auto off = [&](double other) { return kDegrees * std::abs(motion.turn_rad - other); };
+  if (!motion.gyro) return;
+  const GyroWitness& gyro = *motion.gyro;
+  const double off = kDegrees * std::abs(gyro.dr_turn_rad - gyro.turn_rad);
+  verdict->facts.push_back(Format(
+      "gyro alone: turned by %+.2f deg (bias of %zu standstills), where dead reckoning says %+.2f "
+      "and the wheels %+.2f",
+      kDegrees * gyro.turn_rad, gyro.standstills.size(), kDegrees * gyro.dr_turn_rad,
+      kDegrees * gyro.wheel_turn_rad));
   // Without a standstill the gyro's bias is unknown, and its integral no witness.
-  if (motion.gyro_turn_rad && !motion.standstills.empty()) {
-    const double minutes = (motion.covered + motion.uncovered).seconds() / 60;
-    const double bar = std::max(kTurnToleranceDeg, kTurnDriftDegPerMin * minutes);
-    if (off(*motion.gyro_turn_rad) > bar) {
-      verdict->problems.push_back(Format("the heading differs from the gyro's integral by %.1f deg",
-                                         off(*motion.gyro_turn_rad)));
-    }
-    if (motion.wheel_turned_rad && kDegrees * *motion.wheel_turned_rad > 45) {
-      verdict->facts.push_back(
-          Format("wheels' turn against the gyro's: %.2f deg apart at the end",
-                 kDegrees * std::abs(*motion.wheel_turn_rad - *motion.gyro_turn_rad)));
-    }
+  if (gyro.standstills.empty()) return;
+  const double bar =
+      std::max(kTurnToleranceDeg, kTurnDriftDegPerMin * motion.covered.seconds() / 60);
+  if (off > bar) {
+    verdict->problems.push_back(
+        Format("the heading differs from the gyro's integral by %.1f deg", off));
   }
 }
 
@@ -247,6 +244,14 @@ Json CountersJson(const dr_ekf::DrCounters& c) {
           {"resets", c.resets}};
 }
 
+Json GyroJson(const GyroWitness& gyro) {
+  return {{"turn_rad", gyro.turn_rad},
+          {"dr_turn_rad", gyro.dr_turn_rad},
+          {"wheel_turn_rad", gyro.wheel_turn_rad},
+          {"wheel_turned_rad", gyro.wheel_turned_rad},
+          {"standstills", gyro.standstills.size()}};
+}
+
 Json MotionJson(const DrMotion& m) {
   return {{"way_m", m.way_m},
           {"turn_rad", m.turn_rad},
@@ -255,9 +260,7 @@ Json MotionJson(const DrMotion& m) {
           {"tilt_max_rad", m.tilt_max_rad},
           {"wheel_way_m", ValueOrNull(m.wheel_way_m)},
           {"wheel_turn_rad", ValueOrNull(m.wheel_turn_rad)},
-          {"wheel_turned_rad", ValueOrNull(m.wheel_turned_rad)},
-          {"gyro_turn_rad", ValueOrNull(m.gyro_turn_rad)},
-          {"standstills", m.standstills.size()},
+          {"gyro", m.gyro ? GyroJson(*m.gyro) : Json(nullptr)},
           {"covered_s", m.covered.seconds()},
           {"uncovered_s", m.uncovered.seconds()}};
 }

@@ -8,8 +8,6 @@
 #include "common/process/event_log.h"
 #include "common/wire/channels.h"
 #include "common/wire/wire.h"
-#include "lcmtypes/wire/channels.h"
-#include "lcmtypes/wire/wire.h"
 #include "tools/data/import/cid_sims.h"
 #include "tools/data/import/euroc.h"
 #include "tools/data/import/imu_check.h"

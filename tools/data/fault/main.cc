@@ -1,4 +1,6 @@
 // gw-fault: what can go wrong with sensors, put into a log that was good.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
@@ -7,7 +9,7 @@
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
 #include "tools/data/fault/apply_faults.h"
-#include "tools/data/log/json_text.h"
+#include "tools/data/files/json.h"
 
 namespace gw::fault {
 namespace {
@@ -48,13 +50,13 @@ void Print(const FaultSummary& s, const std::string& out, bool json) {
       {"estimates_left_out", s.left_out},
       {"undecodable", s.undecodable},
   };
-  if (json) std::printf("{\"log\":%s", tools::JsonQuote(out).c_str());
-  if (!json) std::printf("%s\n", out.c_str());
+  tools::Json report = {{"log", out}};
+  std::string text = out + "\n";
   for (const auto& [name, value] : values) {
-    if (json) std::printf(",\"%s\":%lld", name, static_cast<long long>(value));
-    if (!json && value != 0) std::printf("  %-20s %lld\n", name, static_cast<long long>(value));
+    report[name] = value;
+    if (value != 0) text += fmt::format("  {:<20} {}\n", name, value);
   }
-  if (json) std::printf("}\n");
+  fmt::print("{}", json ? tools::JsonLine(report) : text);
 }
 
 int Main(int argc, char** argv) {

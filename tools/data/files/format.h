@@ -1,7 +1,8 @@
-// printf into strings.
+// Text from values, by the format strings of printf; types are taken from the values.
 #pragma once
 
-#include <cstdio>
+#include <fmt/printf.h>
+
 #include <string>
 
 #include "common/core/se3.h"
@@ -9,13 +10,9 @@
 
 namespace gw::tools {
 
-// `format` and values as of printf; any length.
 template <typename... Values>
-std::string Format(const char* format, Values... values) {
-  const int length = std::snprintf(nullptr, 0, format, values...);
-  std::string text(static_cast<size_t>(length), '\0');
-  std::snprintf(text.data(), text.size() + 1, format, values...);
-  return text;
+std::string Format(const char* format, const Values&... values) {
+  return fmt::sprintf(format, values...);
 }
 
 // A line of a trajectory file: t tx ty tz qx qy qz qw; s, m.

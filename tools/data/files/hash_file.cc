@@ -1,8 +1,7 @@
 #include "tools/data/files/hash_file.h"
 
-#include <array>
-#include <cinttypes>
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <fstream>
 #include <vector>
 
@@ -24,9 +23,7 @@ Result<uint64_t> HashFile(const std::string& path) {
 }
 
 std::string HashText(uint64_t hash) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016" PRIx64, hash);
-  return text.data();
+  return fmt::format("{:016x}", hash);
 }
 
 }  // namespace gw::tools

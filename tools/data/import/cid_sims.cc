@@ -6,7 +6,9 @@
 
 #include "tools/data/import/gyro_alignment.h"
 #include "tools/data/import/image_file.h"
+#include "tools/data/import/imu_check.h"
 #include "tools/data/import/sensor_yaml.h"
+#include "tools/data/import/stated_size.h"
 #include "tools/data/import/streams.h"
 #include "tools/data/import/text_table.h"
 #include "tools/data/import/trajectory.h"
@@ -54,7 +56,9 @@ Result<std::vector<ImuSample>> ReadImu(const fs::path& file, std::vector<std::st
   const Result<TextTable> table = TextTable::Read(file, "lines `t wx wy wz ax ay az`");
   if (!table) return table.error();
   std::vector<ImuSample> samples;
+  SpoiltRows spoilt;
   for (const TextRow& row : table->rows()) {
+    if (spoilt.Skip(row, 0, 7)) continue;
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     const Result<std::vector<double>> v = row.Numbers(1, 6);
@@ -66,7 +70,9 @@ Result<std::vector<ImuSample>> ReadImu(const fs::path& file, std::vector<std::st
     sample.has_accel = true;
     samples.push_back(sample);
   }
-  MakeOrdered(samples, file.filename().string(), warnings);
+  const Result<Done> good = spoilt.Report(table->rows().size(), warnings);
+  if (!good) return good.error();
+  OrderImu(samples, file.filename().string(), warnings);
   return samples;
 }
 
@@ -120,6 +126,22 @@ Result<SE3> ReadCidSimsCalibration(const fs::path& file, const std::string& moun
   std::copy(d->begin(), d->end(), camera.left.radtan.begin());
   camera.depth_unit_m = 1.0 / *depth_factor;
 
+  const Result<double> width = yaml.Number("cam_width");
+  if (!width) return width.error();
+  const Result<double> height = yaml.Number("cam_height");
+  if (!height) return height.error();
+  camera.width = static_cast<int>(*width);
+  camera.height = static_cast<int>(*height);
+  if (yaml.Has("T_DtoC")) {
+    const Result<SE3> T_CD = yaml.Pose("T_DtoC", recording.warnings);
+    if (!T_CD) return T_CD.error();
+    if (T_CD->Log().norm() > 1e-6) {
+      recording.warnings.emplace_back(
+          "T_DtoC is not the identity: depth images that are not aligned to the colour camera give "
+          "wrong landmarks; align them first");
+    }
+  }
+
   if (mount != "high" && mount != "low") {
     return Error{ErrorCode::kInvalidArgument,
                  "--mount high|low is needed: the calibration holds two camera mountings, and only "
@@ -159,7 +181,9 @@ Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& opti
   if (!calibration_file) return calibration_file.error();
   const Result<SE3> T_ItoC = ReadCidSimsCalibration(*calibration_file, options.mount, recording);
   if (!T_ItoC) return T_ItoC.error();
-  const CameraCalibration& camera = recording.calibration.camera;
+  CameraCalibration& camera = recording.calibration.camera;
+  const int stated_width = camera.width;
+  const int stated_height = camera.height;
 
   Result<std::vector<FrameFiles>> files = ListedFrames(source);
   if (!files) return files.error();
@@ -167,12 +191,15 @@ Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& opti
       MakeFileFrames(*std::move(files), options, recording);
   if (!frames) return frames.error();
   recording.frames = *std::move(frames);
+  const Result<Done> fits = FitStatedSize(stated_width, stated_height, calibration_file->string(),
+                                          camera, &camera.left, recording.warnings);
+  if (!fits) return fits.error();
 
   std::vector<StampedPose> T_GC;
   const char* const truth_name =
       Exists(source / "groundtruth.txt") ? "groundtruth.txt" : "pose.txt";
   if (Exists(source / truth_name)) {
-    Result<std::vector<StampedPose>> poses = ReadTumTrajectory(
+    Result<std::vector<StampedPose>> poses = ReadTrueTrajectory(
         source / truth_name, "lines `t px py pz qx qy qz qw` of the camera", recording.warnings);
     if (!poses) return poses.error();
     T_GC = *std::move(poses);

@@ -22,8 +22,9 @@ struct CidSimsOptions : ReadOptions {
   ImuMatrix imu_matrix = ImuMatrix::kAuto;
 };
 
-// Camera, IMU noise and offset, wheel base from the data set's calibration file; T_BI is left for
-// SetImuPose. mount as in CidSimsOptions. Returns T_ItoC as the file has it.
+// Camera with the image size that its intrinsics are stated for, IMU noise and offset, wheel base
+// from the data set's calibration file; T_BI is left for SetImuPose. mount as in CidSimsOptions.
+// Returns T_ItoC as the file has it.
 Result<SE3> ReadCidSimsCalibration(const std::filesystem::path& file, const std::string& mount,
                                    Recording& recording);
 

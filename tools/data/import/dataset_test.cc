@@ -10,7 +10,9 @@
 #include "common/wire/wire.h"
 #include "tools/data/import/cid_sims.h"
 #include "tools/data/import/euroc.h"
+#include "tools/data/import/imu_check.h"
 #include "tools/data/import/kitti.h"
+#include "tools/data/import/odometry.h"
 #include "tools/data/import/openloris.h"
 #include "tools/data/import/sensor_yaml.h"
 #include "tools/data/import/streams.h"
@@ -202,6 +204,68 @@ TEST_F(Dataset, CidSimsCalibrationAndAssociations) {
     EXPECT_THAT(AllText(recording->warnings), HasSubstr("rotation is off orthonormal by 0.007"));
     EXPECT_NEAR(recording->calibration.imu.time_offset_s, -0.00976, 1e-5);
     ExpectGoodLog(*recording);
+  }
+}
+
+// Wheels and IMU of a real skid-steer robot; its accelerometer counts in g.
+TEST_F(Dataset, SkidSteerWheelsAndImu) {
+  for (const char* name : {"skid_steer_run20", "skid_steer_run21"}) {
+    GW_FIND_OR_SKIP(source, std::string("wheels_and_imu/") + name);
+    OdometryOptions options;
+    options.imu = source / "imu.csv";
+    auto recording = ReadOdometry(source / "odom_wheel_only.txt", options);
+    ASSERT_TRUE(recording) << recording.error().message;
+    CheckImu({}, *recording);
+    EXPECT_THAT(AllText(recording->warnings), HasSubstr("the accelerometer is in g"));
+    EXPECT_NEAR(recording->imu.front().a_I_m_s2.norm(), 9.8, 0.5);
+    ExpectGoodLog(*recording);
+  }
+}
+
+// The encoders' own readings and the odometry made from them drive the same way, with and without
+// its resampling.
+TEST_F(Dataset, EncodersAndOdometryAgree) {
+  GW_FIND_OR_SKIP(source, "wheels_and_imu/rendered_office_easy");
+  OpenLorisOptions options;
+  const auto odometry = ReadOpenLoris(source, options);
+  options.encoders = source / "encoder.txt";
+  options.ticks_per_turn = 2578.33;
+  auto encoders = ReadOpenLoris(source, options);
+  ASSERT_TRUE(odometry && encoders);
+  const auto end = [](const std::vector<WheelSample>& wheels) {
+    SE3 T_OB;
+    for (const WheelSample& w : wheels) {
+      T_OB = T_OB * SE3(ExpSO3({0, 0, w.dyaw_rad}), {w.dx_m, w.dy_m, 0});
+    }
+    return T_OB;
+  };
+  EXPECT_NEAR(encoders->calibration.wheel.track_width_m, 0.23, 1e-12);
+  const SE3 difference = end(odometry->wheel).inverse() * end(encoders->wheel);
+  EXPECT_LT(difference.translation().norm(), 0.02);
+  EXPECT_LT(LogSO3(difference.rotation()).norm(), 0.02);
+  CheckImu({}, *encoders);
+  EXPECT_THAT(AllText(encoders->warnings), testing::Not(HasSubstr("IMU: ")));
+  ExpectGoodLog(*encoders);
+}
+
+// Odometry of real robots, 190 m to 1.9 km, whose stamps partly repeat: no way may be lost by that.
+TEST_F(Dataset, CarmenOdometryKeepsItsWay) {
+  for (const char* name : {"acapulco", "aces", "fhw", "intel"}) {
+    GW_FIND_OR_SKIP(source, std::string("carmen_odometry/") + name);
+    SCOPED_TRACE(name);
+    OdometryOptions options;
+    options.ground_truth = source / "laser_pose.txt";
+    const auto recording = ReadOdometry(source / "odom_raw.txt", options);
+    ASSERT_TRUE(recording) << recording.error().message;
+    std::vector<std::string> warnings;
+    const auto poses = ReadTumTrajectory(source / "odom_raw.txt", "odometry", warnings);
+    ASSERT_TRUE(poses);
+    SE3 T_OB = poses->front().T;
+    for (const WheelSample& w : recording->wheel) {
+      T_OB = T_OB * SE3(ExpSO3({0, 0, w.dyaw_rad}), {w.dx_m, w.dy_m, 0});
+    }
+    EXPECT_LT((T_OB.inverse() * poses->back().T).Log().norm(), 1e-3);
+    EXPECT_FALSE(recording->ground_truth.empty());
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "tools/data/import/body_frame.h"
 #include "tools/data/import/image_file.h"
+#include "tools/data/import/imu_check.h"
 #include "tools/data/import/sensor_yaml.h"
 #include "tools/data/import/stated_size.h"
 #include "tools/data/import/stereo_range.h"
@@ -172,7 +173,9 @@ Result<Done> ReadImu(const fs::path& folder, Recording& recording) {
   const Result<TextTable> table =
       TextTable::Read(folder / "data.csv", "lines `timestamp_ns,wx,wy,wz,ax,ay,az`");
   if (!table) return table.error();
+  SpoiltRows spoilt;
   for (const TextRow& row : table->rows()) {
+    if (spoilt.Skip(row, 0, 7)) continue;
     const Result<int64_t> ns = row.Nanoseconds(0);
     if (!ns) return ns.error();
     const Result<std::vector<double>> v = row.Numbers(1, 6);
@@ -184,8 +187,8 @@ Result<Done> ReadImu(const fs::path& folder, Recording& recording) {
     sample.has_accel = true;
     recording.imu.push_back(sample);
   }
-  MakeOrdered(recording.imu, "imu0/data.csv", recording.warnings);
-  return Done{};
+  OrderImu(recording.imu, "imu0/data.csv", recording.warnings);
+  return spoilt.Report(table->rows().size(), recording.warnings);
 }
 
 // Track and ticks, where they are stated (none of them is in ASL's own format).
@@ -236,7 +239,9 @@ Result<Done> ReadWheels(const fs::path& folder, Recording& recording) {
       TextTable::Read(folder / "data.csv", "lines `t_ns,x_m,y_m,yaw_rad,v_mps,w_radps`");
   if (!table) return table.error();
   std::vector<StampedPose> T_OB;
+  SpoiltRows spoilt;
   for (const TextRow& row : table->rows()) {
+    if (spoilt.Skip(row, 0, 4)) continue;
     const Result<int64_t> ns = row.Nanoseconds(0);
     if (!ns) return ns.error();
     const Result<std::vector<double>> v = row.Numbers(1, 3);
@@ -244,9 +249,10 @@ Result<Done> ReadWheels(const fs::path& folder, Recording& recording) {
     T_OB.push_back(
         {UtimeFromNanoseconds(*ns), SE3(ExpSO3({0, 0, (*v)[2]}), {(*v)[0], (*v)[1], 0})});
   }
-  MakeOrdered(T_OB, "odom0/data.csv", recording.warnings);
+  Result<Done> good = spoilt.Report(table->rows().size(), recording.warnings);
+  if (good) good = MakeOrdered(T_OB, "odom0/data.csv", recording.warnings);
   recording.wheel = WheelIncrements(T_OB);
-  return Done{};
+  return good;
 }
 
 Result<Done> ReadGroundTruth(const fs::path& folder, Recording& recording) {
@@ -263,16 +269,28 @@ Result<Done> ReadGroundTruth(const fs::path& folder, Recording& recording) {
       TextTable::Read(folder / "data.csv", "lines `timestamp_ns,px,py,pz,qw,qx,qy,qz,...`");
   if (!table) return table.error();
   std::vector<StampedPose> T_GS;
+  SpoiltRows spoilt;
   for (const TextRow& row : table->rows()) {
+    if (spoilt.Skip(row, 0, 8)) continue;
     const Result<int64_t> ns = row.Nanoseconds(0);
     if (!ns) return ns.error();
     const Result<std::vector<double>> v = row.Numbers(1, 7);
     if (!v) return v.error();
     const Eigen::Quaterniond q((*v)[3], (*v)[4], (*v)[5], (*v)[6]);
-    if (std::abs(q.norm() - 1) > 0.05) return row.BadData("the quaternion's norm is not 1");
+    if (std::abs(q.norm() - 1) > 0.05) {
+      spoilt.Add(row, "the quaternion's norm is not 1");
+      continue;
+    }
     T_GS.push_back({UtimeFromNanoseconds(*ns), SE3(q, {(*v)[0], (*v)[1], (*v)[2]})});
   }
-  MakeOrdered(T_GS, folder.filename().string() + "/data.csv", recording.warnings);
+  Result<Done> good = spoilt.Report(table->rows().size(), recording.warnings);
+  if (good) {
+    good = MakeOrdered(T_GS, folder.filename().string() + "/data.csv", recording.warnings);
+  }
+  if (!good) {
+    recording.warnings.push_back(good.error().message + ": no ground truth in the log");
+    return Done{};
+  }
   recording.ground_truth = GroundTruthOfBody(T_GS, T_BS);
   return Done{};
 }

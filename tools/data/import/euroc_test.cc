@@ -176,7 +176,7 @@ TEST(Euroc, BadFoldersAreRefusedWithFileAndLine) {
       {"mav0/cam0/sensor.yaml", "camera_model: omni\n", {"camera_model", "only pinhole"}},
       {"mav0/imu0/sensor.yaml", "a: 1\n", {"imu0/sensor.yaml:1: T_BS: is missing"}},
       {"mav0/imu0/data.csv", "1,2,3,4,5,6\n", {"imu0/data.csv:1: "}},
-      {"mav0/state_groundtruth_estimate0/data.csv", "1,1,2,3,0,0,0,0\n", {"data.csv:1: ", "norm"}},
+      {"mav0/imu0/data.csv", "1,nan,1,1,1,1,1\n", {"imu0/data.csv:1: ", "1 of 1 rows"}},
       {"mav0/odom0/data.csv", "1,2\n", {"odom0/data.csv:1: "}},
       {"mav0/odom0/sensor.yaml", "T_BS: [1]\n", {"odom0/sensor.yaml:1: T_BS"}},
       {"mav0/odom0/sensor.yaml",

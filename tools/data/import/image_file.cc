@@ -119,7 +119,8 @@ Result<Image> LoadDepthImage(const std::filesystem::path& file) {
 Result<std::unique_ptr<FrameSource>> MakeFileFrames(std::vector<FrameFiles> files,
                                                     const ReadOptions& options,
                                                     Recording& recording) {
-  MakeOrdered(files, recording.name + " (images)", recording.warnings);
+  const Result<Done> ordered = MakeOrdered(files, recording.name + " (images)", recording.warnings);
+  if (!ordered) return ordered.error();
   std::vector<FrameFiles> present;
   std::vector<Utime> times;
   for (FrameFiles& frame : files) {

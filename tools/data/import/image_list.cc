@@ -1,5 +1,7 @@
 #include "tools/data/import/image_list.h"
 
+#include <algorithm>
+
 #include "tools/data/import/streams.h"
 #include "tools/data/import/text_table.h"
 
@@ -10,6 +12,15 @@ std::vector<Utime> Times(const std::vector<ListedImage>& images) {
   std::vector<Utime> times;
   for (const ListedImage& image : images) times.push_back(image.utime);
   return times;
+}
+
+// The file of a list; names that were written on Windows have back-slashes.
+std::filesystem::path ImagePath(const std::filesystem::path& source, std::string name) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(source / name, ignored)) {
+    std::replace(name.begin(), name.end(), '\\', '/');
+  }
+  return source / name;
 }
 
 enum class Second { kRight, kDepth };
@@ -50,10 +61,10 @@ Result<std::vector<ListedImage>> ReadImageList(const std::filesystem::path& sour
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     if (row.size() < 2) return row.BadData("the file name is missing; is the file cut off here?");
-    images.push_back(
-        {*utime, source / row.text(1), table->file().string() + ":" + std::to_string(row.line())});
+    images.push_back({*utime, ImagePath(source, row.RestOfLine(1)), row.place()});
   }
-  MakeOrdered(images, name, warnings);
+  const Result<Done> ordered = MakeOrdered(images, name, warnings);
+  if (!ordered) return ordered.error();
   return images;
 }
 

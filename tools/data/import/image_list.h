@@ -15,7 +15,7 @@ struct ListedImage {
   std::string listed_at;  // "FILE:LINE"
 };
 
-// In time order, each time once.
+// In time order, each time once. The rest of a line is the name: it may hold blanks.
 Result<std::vector<ListedImage>> ReadImageList(const std::filesystem::path& source,
                                                const std::string& name,
                                                std::vector<std::string>& warnings);

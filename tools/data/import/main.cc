@@ -1,4 +1,6 @@
 // gw-import: recordings of public data sets as LCM logs with a robot configuration.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
@@ -6,20 +8,25 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 
 #include "common/config/writer.h"
 #include "common/core/exit_code.h"
+#include "common/core/format.h"
 #include "common/core/version.h"
+#include "tools/data/files/json.h"
 #include "tools/data/files/text_file.h"
+#include "tools/data/import/camera_check.h"
 #include "tools/data/import/cid_sims.h"
 #include "tools/data/import/euroc.h"
+#include "tools/data/import/imu_check.h"
 #include "tools/data/import/kitti.h"
+#include "tools/data/import/odometry.h"
 #include "tools/data/import/openloris.h"
 #include "tools/data/import/rosbag.h"
 #include "tools/data/import/synthetic_dr.h"
 #include "tools/data/import/tum.h"
 #include "tools/data/import/write_log.h"
-#include "tools/data/log/json_text.h"
 
 namespace gw::importer {
 namespace {
@@ -29,6 +36,7 @@ struct Arguments {
   TrajectoryFrame frame = TrajectoryFrame::kBody;
   bool skip_missing = false;
   bool json = false;
+  ImuCheckOptions imu;
 };
 
 void AddCommonOptions(CLI::App& app, Arguments& a) {
@@ -46,6 +54,18 @@ void AddCommonOptions(CLI::App& app, Arguments& a) {
   app.add_option("--frame", a.frame, "frame of --ground-truth-out: body or camera")
       ->transform(CLI::CheckedTransformer(std::map<std::string, TrajectoryFrame>{
           {"body", TrajectoryFrame::kBody}, {"camera", TrajectoryFrame::kCamera}}));
+  app.add_option("--gyro-unit", a.imu.gyro_unit,
+                 "unit of the gyro: auto (decided by the data), rad/s or deg/s")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, GyroUnit>{{"auto", GyroUnit::kAuto},
+                                                                  {"rad/s", GyroUnit::kRadPerS},
+                                                                  {"deg/s", GyroUnit::kDegPerS}}));
+  app.add_option("--accel-unit", a.imu.accel_unit,
+                 "unit of the accelerometer: auto (decided by the data), m/s2 or g")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, AccelUnit>{
+          {"auto", AccelUnit::kAuto}, {"m/s2", AccelUnit::kMetrePerS2}, {"g", AccelUnit::kG}}));
+  app.add_option("--imu-time-offset", a.imu.time_offset_s,
+                 "s by which the IMU's clock is ahead of the other sensors'; taken off");
   app.add_flag("--json", a.json, "print the summary as JSON");
 }
 
@@ -65,38 +85,23 @@ class ProgressLine {
 };
 
 std::string Summary(const Recording& recording, const LogSummary& log, const Arguments& a) {
-  char text[200];
-  const double duration = (log.end - log.begin).seconds();
-  std::string out;
+  const double duration_s = (log.end - log.begin).seconds();
   if (a.json) {
-    std::snprintf(text, sizeof text, ",\"bytes\":%lld,\"duration_s\":%.6f,\"skipped_frames\":%lld",
-                  static_cast<long long>(log.bytes), duration,
-                  static_cast<long long>(recording.skipped_frames));
-    out = "{\"program\":\"gw-import\",\"version\":" + tools::JsonQuote(Version()) +
-          ",\"format\":" + tools::JsonQuote(recording.format) +
-          ",\"log\":" + tools::JsonQuote(a.log) + ",\"config\":" + tools::JsonQuote(a.config) +
-          text + ",\"channels\":{";
-    const char* separator = "";
-    for (const auto& [channel, count] : log.messages) {
-      out += separator + tools::JsonQuote(channel) + ":" + std::to_string(count);
-      separator = ",";
-    }
-    out += "},\"warnings\":[";
-    separator = "";
-    for (const std::string& warning : recording.warnings) {
-      out += separator + tools::JsonQuote(warning);
-      separator = ",";
-    }
-    return out + "]}\n";
+    return tools::JsonLine({{"program", "gw-import"},
+                            {"version", Version()},
+                            {"format", recording.format},
+                            {"log", a.log},
+                            {"config", a.config},
+                            {"bytes", log.bytes},
+                            {"duration_s", duration_s},
+                            {"skipped_frames", recording.skipped_frames},
+                            {"channels", log.messages},
+                            {"warnings", recording.warnings}});
   }
-  std::snprintf(text, sizeof text, "%s: %.3f s, %.1f MB, %lld frames skipped\n", a.log.c_str(),
-                duration, static_cast<double>(log.bytes) * 1e-6,
-                static_cast<long long>(recording.skipped_frames));
-  out = text;
+  std::string out = fmt::format("{}: {:.3f} s, {:.1f} MB, {} frames skipped\n", a.log, duration_s,
+                                static_cast<double>(log.bytes) * 1e-6, recording.skipped_frames);
   for (const auto& [channel, count] : log.messages) {
-    std::snprintf(text, sizeof text, "  %-14s %lld\n", channel.c_str(),
-                  static_cast<long long>(count));
-    out += text;
+    out += fmt::format("  {:<14} {}\n", channel, count);
   }
   return out;
 }
@@ -115,6 +120,8 @@ void AddProvenance(Recording& recording, const Arguments& a, const std::string& 
 
 Result<Done> Import(Recording recording, const Arguments& a,
                     const std::optional<SyntheticDrOptions>& dr, const std::string& options) {
+  CheckImu(a.imu, recording);
+  WarnOfPrincipalPoint(recording);
   DescribeSensors(recording);
   AddProvenance(recording, a, options);
   if (dr) {
@@ -148,111 +155,175 @@ Result<Done> Import(Recording recording, const Arguments& a,
   return Done{};
 }
 
+// What the command line asks for.
+struct Command {
+  Arguments common;
+  std::function<Result<Recording>()> read;
+  std::string options;  // of the format, for the log's note
+  TumOptions tum;
+  std::string intrinsics;
+  double depth_unit_m = 0;
+  CidSimsOptions cid;
+  OpenLorisOptions loris;
+  OdometryOptions odometry;
+  RosbagOptions bag;
+};
+
+CLI::App* AddFormat(CLI::App& app, const std::string& name, const std::string& text,
+                    Command& command) {
+  CLI::App* const format = app.add_subcommand(name, text);
+  AddCommonOptions(*format, command.common);
+  return format;
+}
+
+Result<Recording> ReadTumCommand(Command& c) {
+  if (!c.intrinsics.empty()) {
+    const Result<PinholeIntrinsics> parsed = ParseIntrinsics(c.intrinsics);
+    if (!parsed) return parsed.error();
+    c.tum.intrinsics = *parsed;
+    c.options += " --intrinsics " + c.intrinsics;
+  } else if (!c.tum.camera.empty()) {
+    c.options += " --camera " + c.tum.camera;
+  }
+  if (c.depth_unit_m > 0) {
+    c.tum.depth_unit_m = c.depth_unit_m;
+    c.options += " --depth-unit " + FormatDouble(c.depth_unit_m);
+  }
+  c.tum.skip_missing = c.common.skip_missing;
+  return ReadTum(c.common.source, c.tum);
+}
+
+void AddTum(CLI::App& app, Command& c) {
+  CLI::App* const tum =
+      AddFormat(app, "tum", "TUM RGB-D, or a camera of your own in its layout", c);
+  tum->add_option("--camera", c.tum.camera,
+                  "preset of the camera: fr1, fr2 or fr3 (default: as the folder's name says)");
+  tum->add_option("--intrinsics", c.intrinsics,
+                  "instead of a preset: fx,fy,cx,cy or fx,fy,cx,cy,k1,k2,p1,p2,k3");
+  tum->add_option("--depth-unit", c.depth_unit_m,
+                  "metres per unit of the depth images: 0.001 for millimetres (default: TUM's "
+                  "1/5000)")
+      ->check(CLI::Range(1e-6, 0.1));
+  tum->callback([&c] { c.read = [&c] { return ReadTumCommand(c); }; });
+}
+
+void AddStereo(CLI::App& app, Command& c) {
+  CLI::App* const euroc = AddFormat(app, "euroc", "EuRoC MAV / ASL, stereo; IMU, wheels", c);
+  euroc->callback(
+      [&c] { c.read = [&c] { return ReadEuroc(c.common.source, {c.common.skip_missing}); }; });
+  CLI::App* const kitti = AddFormat(app, "kitti", "KITTI odometry, grey stereo", c);
+  kitti->callback(
+      [&c] { c.read = [&c] { return ReadKitti(c.common.source, {c.common.skip_missing}); }; });
+}
+
+void AddCidSims(CLI::App& app, Command& c) {
+  CLI::App* const cid = AddFormat(app, "cid-sims", "CID-SIMS: RGB-D, IMU, wheels", c);
+  cid->add_option("--mount", c.cid.mount, "camera mounting of the sequence: high or low");
+  cid->add_option("--calibration", c.cid.calibration,
+                  "calibration file (calibration.yaml in SRC or the folder above)");
+  cid->add_option("--imu-matrix", c.cid.imu_matrix,
+                  "meaning of T_ItoC: imu-to-camera, camera-to-imu, or auto: decided by the gyro")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, ImuMatrix>{{"auto", ImuMatrix::kAuto},
+                                           {"imu-to-camera", ImuMatrix::kImuToCamera},
+                                           {"camera-to-imu", ImuMatrix::kCameraToImu}}));
+  cid->callback([&c] {
+    c.read = [&c] {
+      c.options = " --mount " + c.cid.mount;
+      c.cid.skip_missing = c.common.skip_missing;
+      return ReadCidSims(c.common.source, c.cid);
+    };
+  });
+}
+
+void AddOpenLoris(CLI::App& app, Command& c) {
+  CLI::App* const loris =
+      AddFormat(app, "openloris", "OpenLORIS-Scene: RGB-D, IMU, wheels; also without images", c);
+  CLI::Option* const encoders = loris->add_option(
+      "--encoders", c.loris.encoders,
+      "instead of odom.txt: the encoders' readings, lines `t left right` (ticks)");
+  CLI::Option* const ticks =
+      loris->add_option("--ticks-per-turn", c.loris.ticks_per_turn, "of a wheel, with --encoders")
+          ->check(CLI::Range(1.0, 1e9));
+  encoders->needs(ticks);
+  ticks->needs(encoders);
+  loris->callback([&c] {
+    c.read = [&c] {
+      c.loris.skip_missing = c.common.skip_missing;
+      return ReadOpenLoris(c.common.source, c.loris);
+    };
+  });
+}
+
+void AddOdometry(CLI::App& app, Command& c) {
+  CLI::App* const odometry = AddFormat(
+      app, "odometry", "wheels without images: SRC is a file of poses `t x y z qx qy qz qw`", c);
+  odometry->add_option("--imu", c.odometry.imu, "IMU file, lines `t wx wy wz [ax ay az]`");
+  odometry
+      ->add_option("--imu-columns", c.odometry.imu_columns,
+                   "order of its columns: gyro-accel (default) or accel-gyro")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, ImuColumns>{
+          {"gyro-accel", ImuColumns::kGyroAccel}, {"accel-gyro", ImuColumns::kAccelGyro}}));
+  odometry->add_option("--ground-truth", c.odometry.ground_truth,
+                       "ground truth of the body, lines `t x y z qx qy qz qw`");
+  odometry->callback([&c] { c.read = [&c] { return ReadOdometry(c.common.source, c.odometry); }; });
+}
+
+void AddRosbag(CLI::App& app, Command& c) {
+  CLI::App* const rosbag =
+      AddFormat(app, "rosbag",
+                HasRosbagSupport() ? "ROS 1 bag: RGB-D, IMU, odometry; topics as CID-SIMS has them"
+                                   : "ROS 1 bag (this build has no support for it)",
+                c);
+  for (const auto& [name, value, text] :
+       {std::tuple{"--left", &c.bag.left, "topic of the images"},
+        {"--depth", &c.bag.depth, "topic of the aligned depth"},
+        {"--imu", &c.bag.imu, "topic of the IMU"},
+        {"--odom", &c.bag.odometry, "topic of the odometry"},
+        {"--tf", &c.bag.transforms, "topic of the transforms"},
+        {"--truth-parent", &c.bag.truth_parent, "frame of the ground truth"},
+        {"--truth-child", &c.bag.truth_child, "body in the ground truth"}}) {
+    rosbag->add_option(name, *value, text)->capture_default_str();
+  }
+  rosbag->add_option("--calibration", c.bag.robot_config,
+                     "robot configuration (YAML) whose calibration is the bag's");
+  rosbag->add_option("--cid-sims-calibration", c.bag.cid_sims_calibration,
+                     "instead: calibration file of CID-SIMS");
+  rosbag->add_option("--mount", c.bag.mount, "with it: camera mounting, high or low");
+  rosbag->callback([&c] { c.read = [&c] { return ReadRosbag(c.common.source, c.bag); }; });
+}
+
+Result<Done> Run(Command& command) {
+  std::optional<SyntheticDrOptions> dr;
+  if (!command.common.synthetic_dr.empty()) {
+    const Result<SyntheticDrOptions> parsed = ParseSyntheticDr(command.common.synthetic_dr);
+    if (!parsed) return parsed.error();
+    dr = *parsed;
+  }
+  Result<Recording> recording = command.read();
+  if (!recording) return recording.error();
+  return Import(*std::move(recording), command.common, dr, command.options);
+}
+
 int Main(int argc, char** argv) {
   CLI::App app(
       "Turns a recording of a public data set into an LCM log and a robot configuration.\n"
       "Exit: 0 ok, 1 bad or unreadable source, 2 usage, 78 calibration that breaks a rule.");
   app.set_version_flag("--version", Version());
   app.require_subcommand(1);
-  Arguments a;
-  std::function<Result<Recording>()> read;
-  std::string options;  // of the format, for the log's note
-
-  TumOptions tum_options;
-  std::string intrinsics;
-  CLI::App* const tum = app.add_subcommand("tum", "TUM RGB-D");
-  AddCommonOptions(*tum, a);
-  tum->add_option("--camera", tum_options.camera, "preset of the camera: fr1, fr2 or fr3 (fr1)");
-  tum->add_option("--intrinsics", intrinsics,
-                  "instead of a preset: fx,fy,cx,cy or fx,fy,cx,cy,k1,k2,p1,p2,k3");
-  tum->callback([&] {
-    read = [&]() -> Result<Recording> {
-      if (!intrinsics.empty()) {
-        const Result<PinholeIntrinsics> parsed = ParseIntrinsics(intrinsics);
-        if (!parsed) return parsed.error();
-        tum_options.intrinsics = *parsed;
-      }
-      options =
-          intrinsics.empty() ? " --camera " + tum_options.camera : " --intrinsics " + intrinsics;
-      tum_options.skip_missing = a.skip_missing;
-      return ReadTum(a.source, tum_options);
-    };
-  });
-
-  CLI::App* const euroc = app.add_subcommand("euroc", "EuRoC MAV / ASL, stereo");
-  AddCommonOptions(*euroc, a);
-  euroc->callback([&] { read = [&] { return ReadEuroc(a.source, {a.skip_missing}); }; });
-
-  CLI::App* const kitti = app.add_subcommand("kitti", "KITTI odometry, grey stereo");
-  AddCommonOptions(*kitti, a);
-  kitti->callback([&] { read = [&] { return ReadKitti(a.source, {a.skip_missing}); }; });
-
-  CidSimsOptions cid_options;
-  CLI::App* const cid = app.add_subcommand("cid-sims", "CID-SIMS: RGB-D, IMU, wheels");
-  AddCommonOptions(*cid, a);
-  cid->add_option("--mount", cid_options.mount, "camera mounting of the sequence: high or low");
-  cid->add_option("--calibration", cid_options.calibration,
-                  "calibration file (calibration.yaml in SRC or the folder above)");
-  cid->add_option("--imu-matrix", cid_options.imu_matrix,
-                  "meaning of T_ItoC: imu-to-camera, camera-to-imu, or auto: decided by the gyro")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, ImuMatrix>{{"auto", ImuMatrix::kAuto},
-                                           {"imu-to-camera", ImuMatrix::kImuToCamera},
-                                           {"camera-to-imu", ImuMatrix::kCameraToImu}}));
-  cid->callback([&] {
-    read = [&] {
-      options = " --mount " + cid_options.mount;
-      cid_options.skip_missing = a.skip_missing;
-      return ReadCidSims(a.source, cid_options);
-    };
-  });
-
-  CLI::App* const loris =
-      app.add_subcommand("openloris", "OpenLORIS-Scene: RGB-D, IMU, wheels; also without images");
-  AddCommonOptions(*loris, a);
-  loris->callback([&] { read = [&] { return ReadOpenLoris(a.source, {a.skip_missing}); }; });
-
-  RosbagOptions bag_options;
-  CLI::App* const rosbag = app.add_subcommand(
-      "rosbag", HasRosbagSupport() ? "ROS 1 bag: RGB-D, IMU, odometry; topics as CID-SIMS has them"
-                                   : "ROS 1 bag (this build has no support for it)");
-  AddCommonOptions(*rosbag, a);
-  rosbag->add_option("--left", bag_options.left, "topic of the images")->capture_default_str();
-  rosbag->add_option("--depth", bag_options.depth, "topic of the aligned depth")
-      ->capture_default_str();
-  rosbag->add_option("--imu", bag_options.imu, "topic of the IMU")->capture_default_str();
-  rosbag->add_option("--odom", bag_options.odometry, "topic of the odometry")
-      ->capture_default_str();
-  rosbag->add_option("--tf", bag_options.transforms, "topic of the transforms")
-      ->capture_default_str();
-  rosbag->add_option("--truth-parent", bag_options.truth_parent, "frame of the ground truth")
-      ->capture_default_str();
-  rosbag->add_option("--truth-child", bag_options.truth_child, "body in the ground truth")
-      ->capture_default_str();
-  rosbag->add_option("--calibration", bag_options.robot_config,
-                     "robot configuration (YAML) whose calibration is the bag's");
-  rosbag->add_option("--cid-sims-calibration", bag_options.cid_sims_calibration,
-                     "instead: calibration file of CID-SIMS");
-  rosbag->add_option("--mount", bag_options.mount, "with it: camera mounting, high or low");
-  rosbag->callback([&] { read = [&] { return ReadRosbag(a.source, bag_options); }; });
-
+  Command command;
+  AddTum(app, command);
+  AddStereo(app, command);
+  AddCidSims(app, command);
+  AddOpenLoris(app, command);
+  AddOdometry(app, command);
+  AddRosbag(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   }
-  const auto run = [&]() -> Result<Done> {
-    std::optional<SyntheticDrOptions> dr;
-    if (!a.synthetic_dr.empty()) {
-      const Result<SyntheticDrOptions> parsed = ParseSyntheticDr(a.synthetic_dr);
-      if (!parsed) return parsed.error();
-      dr = *parsed;
-    }
-    Result<Recording> recording = read();
-    if (!recording) return recording.error();
-    return Import(*std::move(recording), a, dr, options);
-  };
-  const Result<Done> done = run();
+  const Result<Done> done = Run(command);
   if (done) return kExitOk;
   std::fprintf(stderr, "gw-import: %s\n", done.error().message.c_str());
   return ExitCodeFor(done.error());

@@ -1,12 +1,16 @@
 #include "tools/data/import/openloris.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "tools/data/import/body_frame.h"
+#include "tools/data/import/encoders.h"
 #include "tools/data/import/image_list.h"
+#include "tools/data/import/imu_check.h"
+#include "tools/data/import/nominal_camera.h"
 #include "tools/data/import/sensor_yaml.h"
 #include "tools/data/import/stated_size.h"
 #include "tools/data/import/stereo_range.h"
@@ -162,18 +166,6 @@ Result<Done> ReadImages(const fs::path& source, const FrameTree& tree, const Rea
   return fits;
 }
 
-// The D435i's nominal colour camera at 848 x 480, for recordings without images: the YAML needs a
-// camera section, and nothing reads its values.
-void SetNominalCamera(Recording& recording) {
-  CameraCalibration& camera = recording.calibration.camera;
-  camera.width = 848;
-  camera.height = 480;
-  camera.left = {610, 610, 424, 240, {}};
-  camera.T_BC = BodyAtCamera_T_BC();
-  recording.warnings.emplace_back(
-      "color.txt is not there: no images in the log, and the camera calibration is only nominal");
-}
-
 struct AxisSample {
   Utime utime;
   Eigen::Vector3d value;
@@ -183,14 +175,18 @@ Result<std::vector<AxisSample>> ReadAxes(const fs::path& file, Recording& record
   const Result<TextTable> table = TextTable::Read(file, "lines `t x y z`");
   if (!table) return table.error();
   std::vector<AxisSample> samples;
+  SpoiltRows spoilt;
   for (const TextRow& row : table->rows()) {
+    if (spoilt.Skip(row, 0, 4)) continue;
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     const Result<std::vector<double>> v = row.Numbers(1, 3);
     if (!v) return v.error();
     samples.push_back({*utime, {(*v)[0], (*v)[1], (*v)[2]}});
   }
-  MakeOrdered(samples, file.filename().string(), recording.warnings);
+  const Result<Done> good = spoilt.Report(table->rows().size(), recording.warnings);
+  if (!good) return good.error();
+  OrderImu(samples, file.filename().string(), recording.warnings);
   return samples;
 }
 
@@ -207,6 +203,77 @@ std::optional<Eigen::Vector3d> At(const std::vector<AxisSample>& samples, Utime 
   if (gap > Milliseconds(50)) return std::nullopt;
   const double fraction = (utime - before->utime).seconds() / gap.seconds();
   return before->value + fraction * (after->value - before->value);
+}
+
+// Noise densities, and what has been done with a correction of the axes, where sensors.yaml states
+// them.
+Result<Done> ReadImuStatements(const SensorYaml& sensors, Recording& recording) {
+  ImuCalibration& imu = recording.calibration.imu;
+  for (const auto& [section, noise, walk] :
+       {std::tuple{"d400_gyroscope", &imu.gyro_noise, &imu.gyro_walk},
+        {"d400_accelerometer", &imu.accel_noise, &imu.accel_walk}}) {
+    if (!sensors.Has(section)) continue;
+    const Result<SensorYaml> sensor = sensors.Section(section);
+    if (!sensor) return sensor.error();
+    for (const auto& [key, value] : {std::pair{"noise_density", noise}, {"random_walk", walk}}) {
+      if (!sensor->Has(key)) continue;
+      const Result<double> number = sensor->Number(key);
+      if (!number) return number.error();
+      *value = *number;
+    }
+    if (!sensor->Has("imu_intrinsic")) continue;
+    const Result<std::vector<double>> m = sensor->Numbers("imu_intrinsic", 12);
+    if (!m) return m.error();
+    if (*m != std::vector<double>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}) {
+      recording.warnings.push_back(std::string("sensors.yaml: imu_intrinsic of ") + section +
+                                   " is not applied: the camera's library has done so already");
+    }
+  }
+  return Done{};
+}
+
+// Track and ticks of the base; ticks_per_turn comes from the command line, 0: not given.
+Result<Done> ReadBase(const SensorYaml& sensors, double ticks_per_turn, Recording& recording) {
+  if (!sensors.Has(kOdometer)) return Done{};
+  const Result<SensorYaml> odometer = sensors.Section(kOdometer);
+  if (!odometer) return odometer.error();
+  WheelCalibration& wheel = recording.calibration.wheel;
+  double radius_m = 0;
+  for (const auto& [key, value] :
+       {std::pair{"wheel_base", &wheel.track_width_m}, {"wheel_radius", &radius_m}}) {
+    if (!odometer->Has(key)) continue;
+    const Result<double> number = odometer->Number(key);
+    if (!number) return number.error();
+    if (*number <= 0) return odometer->BadData(key, "must be positive");
+    *value = *number;
+  }
+  if (radius_m > 0 && ticks_per_turn > 0) {
+    wheel.ticks_per_metre = ticks_per_turn / (2 * M_PI * radius_m);
+  }
+  return Done{};
+}
+
+Result<Done> ReadWheels(const fs::path& source, const OpenLorisOptions& options,
+                        Recording& recording) {
+  if (!options.encoders.empty()) {
+    const WheelCalibration& wheel = recording.calibration.wheel;
+    auto wheels = ReadEncoders(options.encoders, {wheel.ticks_per_metre, wheel.track_width_m},
+                               recording.warnings);
+    if (!wheels) return wheels.error();
+    recording.wheel = *std::move(wheels);
+    recording.notes.emplace_back("wheel", "increments between the encoders' readings of " +
+                                              options.encoders.filename().string());
+    return Done{};
+  }
+  const auto odometry = ReadTumTrajectory(
+      source / "odom.txt", "lines `t px py pz qx qy qz qw ...` of base_link", recording.warnings);
+  if (!odometry) return odometry.error();
+  recording.wheel = WheelIncrements(*odometry);
+  recording.notes.emplace_back(
+      "wheel",
+      "increments between odometry poses (the file's twists are left out: some are in the "
+      "odometry frame); except in `market` the odometry is already fused with a gyro");
+  return Done{};
 }
 
 Result<Done> ReadImu(const fs::path& source, const FrameTree& tree, Recording& recording) {
@@ -227,15 +294,17 @@ Result<Done> ReadImu(const fs::path& source, const FrameTree& tree, Recording& r
   const Result<SE3> T_BI = tree.PoseInBody(frame);
   if (!T_BI) return T_BI.error();
   recording.calibration.imu.T_BI = *T_BI;
-  recording.notes.emplace_back("imu",
-                               "gyro samples; the accelerometer, sampled at other instants, is "
-                               "interpolated to them; noise densities are defaults");
+  recording.notes.emplace_back(
+      "imu",
+      "gyro samples; the accelerometer, sampled at other instants, is "
+      "interpolated to them; noise densities are those of sensors.yaml, where it "
+      "states noise_density, else defaults");
   return Done{};
 }
 
 }  // namespace
 
-Result<Recording> ReadOpenLoris(const fs::path& source, const ReadOptions& options) {
+Result<Recording> ReadOpenLoris(const fs::path& source, const OpenLorisOptions& options) {
   Recording recording;
   recording.format = "openloris";
   recording.name = FolderName(source);
@@ -254,7 +323,7 @@ Result<Recording> ReadOpenLoris(const fs::path& source, const ReadOptions& optio
     const Result<Done> images = ReadImages(source, tree, options, recording);
     if (!images) return images.error();
   } else {
-    SetNominalCamera(recording);
+    SetNominalCamera("color.txt is not there", recording);
   }
   if (has_imu) {
     const Result<Done> imu = ReadImu(source, tree, recording);
@@ -262,17 +331,18 @@ Result<Recording> ReadOpenLoris(const fs::path& source, const ReadOptions& optio
   } else {
     recording.warnings.emplace_back("d400_gyroscope.txt is not there: no IMU in the log");
   }
-  const auto odometry = ReadTumTrajectory(
-      source / "odom.txt", "lines `t px py pz qx qy qz qw ...` of base_link", recording.warnings);
-  if (!odometry) return odometry.error();
-  recording.wheel = WheelIncrements(*odometry);
-  recording.notes.emplace_back(
-      "wheel",
-      "increments between odometry poses (the file's twists are left out: some are in the "
-      "odometry frame); except in `market` the odometry is already fused with a gyro");
+  if (Exists(source / "sensors.yaml")) {
+    const Result<SensorYaml> sensors = SensorYaml::Read(source / "sensors.yaml", "the sensors");
+    if (!sensors) return sensors.error();
+    Result<Done> stated = ReadImuStatements(*sensors, recording);
+    if (stated) stated = ReadBase(*sensors, options.ticks_per_turn, recording);
+    if (!stated) return stated.error();
+  }
+  const Result<Done> wheels = ReadWheels(source, options, recording);
+  if (!wheels) return wheels.error();
   if (Exists(source / "groundtruth.txt")) {
     const auto T_GB =
-        ReadTumTrajectory(source / "groundtruth.txt", "poses of base_link", recording.warnings);
+        ReadTrueTrajectory(source / "groundtruth.txt", "poses of base_link", recording.warnings);
     if (!T_GB) return T_GB.error();
     recording.ground_truth = GroundTruthOfBody(*T_GB, SE3());
   } else {

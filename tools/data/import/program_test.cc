@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
@@ -208,6 +210,64 @@ TEST(Program, SkippedFramesAreCountedInSummaryAndLog) {
   EXPECT_THAT(tools::ReportText(*report), HasSubstr("skipped: 1 frames"));
 }
 
+// A robot that stands, turns left and right and stands; wheels at 20 Hz, IMU at 100 Hz: its gyro in
+// deg/s, its accelerometer in g, one row nan.
+void WriteOdometry(const TestFolder& folder) {
+  std::string odometry, imu;
+  char line[200];
+  double yaw = 0;
+  const auto rate = [](double t) { return t < 2 || t > 14 ? 0 : std::sin(0.9 * (t - 2)); };
+  for (int i = 0; i <= 1600; ++i) {
+    const double t = 0.01 * i;
+    yaw += 0.01 * rate(t);
+    std::snprintf(line, sizeof line, "%.6f 0 0 0 0 0 %.9f %.9f\n", 500 + t, std::sin(yaw / 2),
+                  std::cos(yaw / 2));
+    if (i % 5 == 0) odometry += line;
+    std::snprintf(line, sizeof line, "%.6f 0.1 0.1 %.9f 0.01 0.01 1.0\n", 500 + t,
+                  rate(t) * 180 / M_PI);
+    imu += i == 700 ? "507.000000 nan nan nan nan nan nan\n" : line;
+  }
+  folder.Write("robot/odom.txt", odometry);
+  folder.Write("robot/imu.txt", imu);
+}
+
+TEST(Program, UnitsOfAnImuAreSaidAndConverted) {
+  const TestFolder folder;
+  WriteOdometry(folder);
+  const std::string at = folder.path().string();
+  const std::string command = "odometry " + at + "/robot/odom.txt --imu " + at +
+                              "/robot/imu.txt --out " + at + "/o.lcm --config-out " + at +
+                              "/o.yaml";
+  const RunResult run = RunImport(command);
+  ASSERT_EQ(run.exit_code, 0) << run.out;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("the gyro is in deg/s"), HasSubstr("the accelerometer is in g"),
+                    HasSubstr("imu.txt:701: holds nan or inf; 1 of 1601 rows")));
+  double largest_rate = 0, accel = 0;
+  for (const Event& event : ReadEvents(folder.path() / "o.lcm")) {
+    if (event.channel != wire::kImu) continue;
+    const auto sample = wire::Decode<ImuSample>(event.data);
+    ASSERT_TRUE(sample);
+    largest_rate = std::max(largest_rate, sample->w_I_rad_s.z());
+    accel = sample->a_I_m_s2.z();
+  }
+  EXPECT_NEAR(largest_rate, 1, 1e-3);
+  EXPECT_NEAR(accel, 9.80665, 1e-6);
+  // The clock an hour off: nothing of the IMU is used, and what would help is named.
+  std::string late = FileText(folder.path() / "robot/imu.txt");
+  for (size_t i = 0; i < late.size(); i = late.find('\n', i) + 1) late.replace(i, 1, "41");
+  folder.Write("robot/imu.txt", late);
+  const RunResult other_clock = RunImport(command);
+  ASSERT_EQ(other_clock.exit_code, 0) << other_clock.out;
+  EXPECT_THAT(other_clock.out,
+              AllOf(HasSubstr("nothing in common"), HasSubstr("--imu-time-offset 3600.0"),
+                    HasSubstr("IMU is left out")));
+  const RunResult mended = RunImport(command + " --imu-time-offset 3600");
+  EXPECT_THAT(mended.out, testing::Not(HasSubstr("left out: the IMU")));
+  EXPECT_THAT(mended.out, HasSubstr("  IMU            1600"));
+  EXPECT_EQ(RunImport(command + " --gyro-unit furlongs").exit_code, 2);
+}
+
 TEST(Program, ExitCodesFollowTheDocumentedTable) {
   const TestFolder folder;
   WriteSource(folder);
@@ -220,9 +280,10 @@ TEST(Program, ExitCodesFollowTheDocumentedTable) {
   EXPECT_EQ(RunImport("tum " + at + "/none --out " + at + "/o.lcm --config-out " + at + "/o.yaml")
                 .exit_code,
             1);
-  // The preset's principal point lies outside an 80 x 64 image.
+  // The principal point lies outside an 80 x 64 image.
   const RunResult bad_calibration =
-      RunImport("tum " + at + "/src --out " + at + "/o.lcm --config-out " + at + "/o.yaml");
+      RunImport("tum " + at + "/src --intrinsics 60,60,240,32 --out " + at +
+                "/o.lcm --config-out " + at + "/o.yaml");
   EXPECT_EQ(bad_calibration.exit_code, 78);
   EXPECT_THAT(bad_calibration.out, HasSubstr("principal point"));
   EXPECT_FALSE(fs::exists(folder.path() / "o.lcm"));

@@ -210,20 +210,25 @@ Result<ImuSample> DecodeRosImu(RosBytes message) {
   return sample;
 }
 
+namespace {
+
+std::string WithoutSlash(std::string name) {
+  return name.starts_with('/') ? name.substr(1) : name;
+}
+
+}  // namespace
+
 Result<RosPose> DecodeRosOdometry(RosBytes message) {
   RosReader reader(message);
   RosPose pose;
   pose.utime = reader.ReadHeader().utime;
-  reader.Text();  // child frame
+  pose.child = WithoutSlash(reader.Text());
   pose.T = reader.Pose();
   if (!reader.ok()) return Refused("odometry message is too short or holds no pose");
   return pose;
 }
 
 Result<std::vector<RosTransform>> DecodeRosTransforms(RosBytes message) {
-  const auto without_slash = [](std::string name) {
-    return name.starts_with('/') ? name.substr(1) : name;
-  };
   RosReader reader(message);
   const auto count = reader.Read<uint32_t>();
   std::vector<RosTransform> transforms;
@@ -231,8 +236,8 @@ Result<std::vector<RosTransform>> DecodeRosTransforms(RosBytes message) {
     const RosReader::Header header = reader.ReadHeader();
     RosTransform transform;
     transform.utime = header.utime;
-    transform.parent = without_slash(header.frame);
-    transform.child = without_slash(reader.Text());
+    transform.parent = WithoutSlash(header.frame);
+    transform.child = WithoutSlash(reader.Text());
     transform.T = reader.Pose();
     transforms.push_back(std::move(transform));
   }

@@ -29,6 +29,7 @@ Result<ImuSample> DecodeRosImu(RosBytes message);
 
 struct RosPose {
   Utime utime;
+  std::string child;  // without a slash in front
   SE3 T;
 };
 // Pose of the child frame in the header's frame.

@@ -54,6 +54,7 @@ TEST(RosMessages, ImuOdometryAndTransforms) {
   ASSERT_TRUE(odometry);
   EXPECT_NEAR(LogSO3(odometry->T.rotation()).z(), M_PI / 2, 1e-9);
   EXPECT_EQ(odometry->T.translation(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(odometry->child, "base_link");
   const auto tf = DecodeRosTransforms(RosTransform1(1, 0, "/world", "body", {1, 2, 3, 0, 0, h, h}));
   ASSERT_TRUE(tf);
   ASSERT_EQ(tf->size(), 1u);

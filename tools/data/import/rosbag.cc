@@ -4,16 +4,22 @@
 #include <rosbag/view.h>
 
 #include <deque>
+#include <map>
+#include <set>
 #include <vector>
 
 #include "common/config/loader.h"
 #include "tools/data/import/image_file.h"
+#include "tools/data/import/imu_check.h"
 #include "tools/data/import/ros_messages.h"
 #include "tools/data/import/streams.h"
 #include "tools/data/import/trajectory.h"
 
 namespace gw::importer {
 namespace {
+
+constexpr const char* kBodyFrame = "base_link";        // ROS REP 105: the mobile base
+constexpr const char* kFloorFrame = "base_footprint";  // its projection on the floor
 
 std::vector<uint8_t> BytesOf(const rosbag::MessageInstance& message) {
   std::vector<uint8_t> bytes(message.size());
@@ -81,6 +87,9 @@ class BagFrames : public FrameSource {
 struct Streams {
   std::vector<BagImage> left, depth;
   std::vector<StampedPose> odometry, truth;
+  std::set<std::string> odometry_frames;          // child frames that odometry states
+  std::map<std::string, int64_t> spoilt;          // by topic: samples that are of no use
+  std::map<std::string, std::string> why_spoilt;  // of the first
 };
 
 Result<Done> ReadMessage(const rosbag::MessageInstance& message, const RosbagOptions& o,
@@ -94,6 +103,10 @@ Result<Done> ReadMessage(const rosbag::MessageInstance& message, const RosbagOpt
   const auto refused = [&](const Error& error) {
     return Error{ErrorCode::kBadData, recording.name + ": topic " + topic + ": " + error.message};
   };
+  const auto spoilt = [&](const Error& error) {
+    if (++streams.spoilt[topic] == 1) streams.why_spoilt[topic] = error.message;
+    return Result<Done>(Done{});
+  };
   if (topic == o.left || topic == o.depth) {
     const Result<Done> type = expect("sensor_msgs/Image");
     if (!type) return type;
@@ -105,14 +118,15 @@ Result<Done> ReadMessage(const rosbag::MessageInstance& message, const RosbagOpt
     const Result<Done> type = expect("sensor_msgs/Imu");
     if (!type) return type;
     const Result<ImuSample> sample = DecodeRosImu(BytesOf(message));
-    if (!sample) return refused(sample.error());
+    if (!sample) return spoilt(sample.error());
     recording.imu.push_back(*sample);
   } else if (topic == o.odometry) {
     const Result<Done> type = expect("nav_msgs/Odometry");
     if (!type) return type;
     const Result<RosPose> pose = DecodeRosOdometry(BytesOf(message));
-    if (!pose) return refused(pose.error());
+    if (!pose) return spoilt(pose.error());
     streams.odometry.push_back({pose->utime, pose->T});
+    streams.odometry_frames.insert(pose->child);
   } else if (topic == o.transforms) {
     const Result<Done> type = expect("tf2_msgs/TFMessage");
     if (!type) return type;
@@ -132,8 +146,9 @@ Result<Done> PairFrames(std::unique_ptr<OpenBag> bag, Streams& streams, Recordin
     for (const BagImage& image : images) out.push_back(image.utime);
     return out;
   };
-  MakeOrdered(streams.left, "images", recording.warnings);
-  MakeOrdered(streams.depth, "depth images", recording.warnings);
+  Result<Done> ordered = MakeOrdered(streams.left, "images", recording.warnings);
+  if (ordered) ordered = MakeOrdered(streams.depth, "depth images", recording.warnings);
+  if (!ordered) return ordered;
   std::vector<BagFrames::Pair> pairs;
   for (const auto& [i, j] :
        AssociateNearest(times(streams.left), times(streams.depth), Milliseconds(20))) {
@@ -165,6 +180,31 @@ Result<Done> PairFrames(std::unique_ptr<OpenBag> bag, Streams& streams, Recordin
   const double rate_hz = MedianRateHz(times(streams.left));
   if (rate_hz > 0) camera.rate_hz = rate_hz;
   recording.frames = std::move(frames);
+  return Done{};
+}
+
+// Warns of samples that are of no use, and of odometry in a frame that is not the body. Error when
+// more than half of a topic is of no use.
+Result<Done> JudgeStreams(const RosbagOptions& options, const Streams& streams,
+                          Recording& recording) {
+  for (const auto& [topic, count] : streams.spoilt) {
+    const size_t good = topic == options.imu ? recording.imu.size() : streams.odometry.size();
+    const std::string text = "topic " + topic + ": " + std::to_string(count) + " of " +
+                             std::to_string(good + static_cast<size_t>(count)) +
+                             " messages are of no use (" + streams.why_spoilt.at(topic) + ")";
+    if (static_cast<size_t>(count) > good) {
+      return Error{ErrorCode::kBadData, recording.name + ": " + text};
+    }
+    recording.warnings.push_back(text + "; left out");
+  }
+  for (const std::string& frame : streams.odometry_frames) {
+    if (frame.empty() || frame == options.truth_child || frame == kBodyFrame ||
+        frame == kFloorFrame)
+      continue;
+    recording.warnings.push_back("topic " + options.odometry + ": is of the frame " + frame +
+                                 "; taken as the body. If the calibration has another body, dead "
+                                 "reckoning is wrong");
+  }
   return Done{};
 }
 
@@ -218,9 +258,12 @@ Result<Recording> ReadRosbag(const std::filesystem::path& file, const RosbagOpti
   }
   const Result<Done> paired = PairFrames(std::move(bag), streams, recording);
   if (!paired) return paired.error();
-  MakeOrdered(recording.imu, options.imu, recording.warnings);
-  MakeOrdered(streams.odometry, options.odometry, recording.warnings);
-  MakeOrdered(streams.truth, options.transforms, recording.warnings);
+  const Result<Done> judged = JudgeStreams(options, streams, recording);
+  if (!judged) return judged.error();
+  OrderImu(recording.imu, options.imu, recording.warnings);
+  Result<Done> ordered = MakeOrdered(streams.odometry, options.odometry, recording.warnings);
+  if (ordered) ordered = MakeOrdered(streams.truth, options.transforms, recording.warnings);
+  if (!ordered) return ordered.error();
   recording.wheel = WheelIncrements(streams.odometry);
   recording.ground_truth = GroundTruthOfBody(streams.truth, SE3());
   if (streams.truth.empty()) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/result.h"
 #include "common/core/time.h"
 
 namespace gw::importer {
@@ -25,17 +26,27 @@ int64_t SortAndDropRepeats(std::vector<Sample>& samples, bool& was_unsorted) {
   return dropped;
 }
 
-// The same, with the warning that a user should see.
+// The same, with the warning that a user should see. Error kBadData when more records repeat a time
+// than have one of their own: then the times have lost their digits, or are not those of the
+// measurements.
 template <typename Sample>
-void MakeOrdered(std::vector<Sample>& samples, const std::string& file,
-                 std::vector<std::string>& warnings) {
+Result<Done> MakeOrdered(std::vector<Sample>& samples, const std::string& file,
+                         std::vector<std::string>& warnings) {
+  const size_t total = samples.size();
   bool was_unsorted = false;
   const int64_t dropped = SortAndDropRepeats(samples, was_unsorted);
   if (was_unsorted) warnings.push_back(file + ": times do not increase; sorted");
-  if (dropped > 0) {
-    warnings.push_back(file + ": " + std::to_string(dropped) +
-                       " records repeat a time; the first of each was kept");
+  if (dropped == 0) return Done{};
+  const std::string repeats = file + ": " + std::to_string(dropped) + " of " +
+                              std::to_string(total) + " records repeat a time";
+  if (dropped > std::ssize(samples)) {
+    return Error{ErrorCode::kBadData,
+                 repeats +
+                     "; did the times lose digits when they were written? Write seconds with "
+                     "six decimals"};
   }
+  warnings.push_back(repeats + "; the first of each was kept");
+  return Done{};
 }
 
 // Pairs (index in a, index in b): for each of a the nearest of b, if their times differ by less

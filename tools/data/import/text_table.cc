@@ -7,11 +7,19 @@
 namespace gw::importer {
 namespace {
 
+constexpr const char* kByteOrderMark = "\xEF\xBB\xBF";
+
 std::vector<std::string> SplitFields(const std::string& line) {
   constexpr const char* kSeparators = " \t,\r";
   std::vector<std::string> fields;
   size_t begin = line.find_first_not_of(kSeparators);
   while (begin != std::string::npos) {
+    const size_t closing = line[begin] == '"' ? line.find('"', begin + 1) : std::string::npos;
+    if (closing != std::string::npos) {
+      fields.push_back(line.substr(begin + 1, closing - begin - 1));
+      begin = line.find_first_not_of(kSeparators, closing + 1);
+      continue;
+    }
     const size_t end = line.find_first_of(kSeparators, begin);
     fields.push_back(line.substr(begin, end - begin));
     begin = line.find_first_not_of(kSeparators, end);
@@ -22,7 +30,45 @@ std::vector<std::string> SplitFields(const std::string& line) {
 }  // namespace
 
 Error TextRow::BadData(const std::string& what) const {
-  return {ErrorCode::kBadData, file_->string() + ":" + std::to_string(line_) + ": " + what};
+  return {ErrorCode::kBadData, place() + ": " + what};
+}
+
+std::string TextRow::RestOfLine(size_t index) const {
+  std::string rest = fields_[index];
+  for (size_t i = index + 1; i < fields_.size(); ++i) rest += " " + fields_[i];
+  return rest;
+}
+
+bool TextRow::HasNonFinite(size_t index, size_t count) const {
+  for (size_t i = index; i < index + count && i < fields_.size(); ++i) {
+    double value = 0;
+    const std::string& field = fields_[i];
+    const char* const begin = field.data() + (field.starts_with('+') ? 1 : 0);
+    const auto [end, status] = std::from_chars(begin, field.data() + field.size(), value);
+    if (status == std::errc() && end == field.data() + field.size() && !std::isfinite(value)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool SpoiltRows::Skip(const TextRow& row, size_t index, size_t count) {
+  if (!row.HasNonFinite(index, count)) return false;
+  Add(row, "holds nan or inf");
+  return true;
+}
+
+void SpoiltRows::Add(const TextRow& row, const std::string& why) {
+  if (count_++ == 0) first_ = row.place() + ": " + why;
+}
+
+Result<Done> SpoiltRows::Report(size_t rows, std::vector<std::string>& warnings) const {
+  if (count_ == 0) return Done{};
+  const std::string text = first_ + "; " + std::to_string(count_) + " of " + std::to_string(rows) +
+                           " rows are of no use";
+  if (2 * count_ > rows) return Error{ErrorCode::kBadData, text};
+  warnings.push_back(text + " and were left out");
+  return Done{};
 }
 
 Result<double> TextRow::Number(size_t index) const {
@@ -95,6 +141,7 @@ Result<TextTable> TextTable::Read(const std::filesystem::path& file, const std::
   table.file_ = std::make_unique<std::filesystem::path>(file);
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
+    if (number == 1 && line.starts_with(kByteOrderMark)) line.erase(0, 3);
     std::vector<std::string> fields = SplitFields(line);
     if (fields.empty() || fields.front().front() == '#') continue;
     table.rows_.emplace_back(*table.file_, number, std::move(fields));

@@ -1,5 +1,6 @@
 // Tables of text as the data sets use them: one record a line, fields separated by blanks or
-// commas, '#' starts a comment line. Every error names file and line.
+// commas, '#' starts a comment line. Files from Windows are read as they are: byte-order mark,
+// CRLF. A field in double quotes may hold blanks and commas. Every error names file and line.
 #pragma once
 
 #include <array>
@@ -25,6 +26,15 @@ class TextRow {
   // Precondition: index < size().
   const std::string& text(size_t index) const { return fields_[index]; }
 
+  // The fields from `index` on with single blanks between: a file name that holds blanks.
+  // Precondition: index < size().
+  std::string RestOfLine(size_t index) const;
+  // Whether one of count fields from index on says nan or inf: how programs write a measurement
+  // that they do not have. False where fields are missing.
+  bool HasNonFinite(size_t index, size_t count) const;
+
+  // "FILE:LINE".
+  std::string place() const { return file_->string() + ":" + std::to_string(line_); }
   // "FILE:LINE: what".
   Error BadData(const std::string& what) const;
 
@@ -41,6 +51,23 @@ class TextRow {
   const std::filesystem::path* file_;  // owned by the table
   int line_;
   std::vector<std::string> fields_;
+};
+
+// The rows of a sensor's file that hold no measurement (nan, or what Add says): counted and left
+// out, so that a few of them do not make a recording useless.
+class SpoiltRows {
+ public:
+  // Whether the row has nan or inf in the fields; counts it.
+  bool Skip(const TextRow& row, size_t index, size_t count);
+  void Add(const TextRow& row, const std::string& why);
+
+  // Warns, with the first of them. Error kBadData when they are more than half of `rows`: then the
+  // file does not hold what it should.
+  Result<Done> Report(size_t rows, std::vector<std::string>& warnings) const;
+
+ private:
+  size_t count_ = 0;
+  std::string first_;  // "FILE:LINE: why"
 };
 
 class TextTable {

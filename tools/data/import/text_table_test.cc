@@ -77,12 +77,12 @@ TEST(TextTable, RefusesAQuaternionOfWrongLength) {
 TEST(Streams, SortsAndDropsRepeatedTimesKeepingTheFirst) {
   std::vector<Stamped> samples = {{{3}, 0}, {{1}, 1}, {{3}, 2}, {{2}, 3}, {{1}, 4}};
   std::vector<std::string> warnings;
-  MakeOrdered(samples, "f.txt", warnings);
+  ASSERT_TRUE(MakeOrdered(samples, "f.txt", warnings));
   ASSERT_EQ(samples.size(), 3u);
   EXPECT_EQ(samples[0].tag, 1);
   EXPECT_EQ(samples[1].tag, 3);
   EXPECT_EQ(samples[2].tag, 0);
-  EXPECT_THAT(AllText(warnings), HasSubstr("f.txt: 2 records repeat"));
+  EXPECT_THAT(AllText(warnings), HasSubstr("f.txt: 2 of 5 records repeat"));
 }
 
 TEST(Streams, AssociatesEachWithItsNearestWithinTheLimit) {

@@ -8,21 +8,74 @@
 
 namespace gw::importer {
 
+namespace {
+
+// A quaternion with fewer than two decimals: the attitude is only good to a degree or worse.
+constexpr double kRoundedQuaternion = 0.01;
+
+struct Parsed {
+  std::vector<StampedPose> trajectory;
+  SpoiltRows spoilt;
+  size_t rows = 0;
+};
+
+// Error only for what is no trajectory at all: fields that are missing or no numbers.
+Result<Parsed> Parse(const std::filesystem::path& file, const std::string& what,
+                     std::vector<std::string>& warnings) {
+  const Result<TextTable> table = TextTable::Read(file, what);
+  if (!table) return table.error();
+  Parsed parsed;
+  parsed.rows = table->rows().size();
+  size_t rounded = 0;
+  for (const TextRow& row : table->rows()) {
+    if (parsed.spoilt.Skip(row, 0, 8)) continue;
+    const Result<Utime> utime = row.Seconds(0);
+    if (!utime) return utime.error();
+    const Result<std::vector<double>> v = row.Numbers(1, 7);
+    if (!v) return v.error();
+    const double norm = Eigen::Map<const Eigen::Vector4d>(v->data() + 3).norm();
+    const Result<SE3> pose = row.PoseXyzQxyzw(1);
+    if (!pose) {
+      parsed.spoilt.Add(row, norm == 0 ? "the quaternion is 0 0 0 0: no attitude"
+                                       : "the quaternion has norm " + std::to_string(norm) +
+                                             ", expected 1 (order qx qy qz qw)");
+      continue;
+    }
+    if (std::abs(norm - 1) > kRoundedQuaternion) ++rounded;
+    parsed.trajectory.push_back({*utime, *pose});
+  }
+  if (rounded > 0) {
+    warnings.push_back(file.filename().string() + ": " + std::to_string(rounded) + " of " +
+                       std::to_string(parsed.rows) +
+                       " quaternions are rounded (norm off by more than 1 %): attitudes are off by "
+                       "degrees");
+  }
+  return parsed;
+}
+
+}  // namespace
+
 Result<std::vector<StampedPose>> ReadTumTrajectory(const std::filesystem::path& file,
                                                    const std::string& what,
                                                    std::vector<std::string>& warnings) {
-  const Result<TextTable> table = TextTable::Read(file, what);
-  if (!table) return table.error();
-  std::vector<StampedPose> trajectory;
-  for (const TextRow& row : table->rows()) {
-    const Result<Utime> utime = row.Seconds(0);
-    if (!utime) return utime.error();
-    const Result<SE3> pose = row.PoseXyzQxyzw(1);
-    if (!pose) return pose.error();
-    trajectory.push_back({*utime, *pose});
-  }
-  MakeOrdered(trajectory, file.filename().string(), warnings);
-  return trajectory;
+  Result<Parsed> parsed = Parse(file, what, warnings);
+  if (!parsed) return parsed.error();
+  Result<Done> good = parsed->spoilt.Report(parsed->rows, warnings);
+  if (good) good = MakeOrdered(parsed->trajectory, file.filename().string(), warnings);
+  if (!good) return good.error();
+  return std::move(parsed->trajectory);
+}
+
+Result<std::vector<StampedPose>> ReadTrueTrajectory(const std::filesystem::path& file,
+                                                    const std::string& what,
+                                                    std::vector<std::string>& warnings) {
+  Result<Parsed> parsed = Parse(file, what, warnings);
+  if (!parsed) return parsed.error();
+  Result<Done> good = parsed->spoilt.Report(parsed->rows, warnings);
+  if (good) good = MakeOrdered(parsed->trajectory, file.filename().string(), warnings);
+  if (good) return std::move(parsed->trajectory);
+  warnings.push_back(good.error().message + ": no ground truth in the log");
+  return std::vector<StampedPose>();
 }
 
 std::vector<GroundTruth> GroundTruthOfBody(const std::vector<StampedPose>& T_GS, const SE3& T_BS) {

@@ -17,10 +17,19 @@ struct StampedPose {
   SE3 T;
 };
 
-// Lines `t_s tx ty tz qx qy qz qw ...` (more columns are ignored), in time order afterwards.
+// Lines `t_s tx ty tz qx qy qz qw ...` (more columns are ignored), in time order afterwards. Rows
+// with nan, or whose quaternion is none, are left out and counted; error kBadData when they are
+// more than half.
 Result<std::vector<StampedPose>> ReadTumTrajectory(const std::filesystem::path& file,
                                                    const std::string& what,
                                                    std::vector<std::string>& warnings);
+
+// The same for a ground truth. A recording is of use without it, so where more than half of the
+// rows are of no use (a tracker that knows no attitude writes 0 0 0 0) the result is empty, and a
+// warning says why.
+Result<std::vector<StampedPose>> ReadTrueTrajectory(const std::filesystem::path& file,
+                                                    const std::string& what,
+                                                    std::vector<std::string>& warnings);
 
 // T_GB = T_GS * inv(T_BS) for a ground truth of sensor S.
 std::vector<GroundTruth> GroundTruthOfBody(const std::vector<StampedPose>& T_GS, const SE3& T_BS);

@@ -1,10 +1,15 @@
 #include "tools/data/import/tum.h"
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 
 #include "tools/data/import/image_list.h"
 #include "tools/data/import/sensor_yaml.h"
+#include "tools/data/import/stated_size.h"
 #include "tools/data/import/trajectory.h"
 
 namespace gw::importer {
@@ -22,6 +27,75 @@ std::optional<PinholeIntrinsics> Preset(const std::string& camera) {
   }
   if (camera == "fr3") return PinholeIntrinsics{535.4, 539.2, 320.1, 247.6, {}};
   return std::nullopt;
+}
+
+constexpr int kPresetWidth = 640;  // px
+constexpr int kPresetHeight = 480;
+constexpr double kTumDepthUnit = 1.0 / 5000.0;  // m
+constexpr double kMillimetre = 0.001;           // m: the unit of a RealSense
+
+// The camera that a folder's name states: "rgbd_dataset_freiburg2_desk", "fr2_desk"; or empty.
+std::string CameraOfName(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char number : {'1', '2', '3'}) {
+    for (const char* prefix : {"freiburg", "fr"}) {
+      if (name.find(std::string(prefix) + number) != std::string::npos) {
+        return std::string("fr") + number;
+      }
+    }
+  }
+  return "";
+}
+
+Result<Done> SetCamera(const TumOptions& options, Recording& recording) {
+  CameraCalibration& camera = recording.calibration.camera;
+  camera.kind = CameraKind::kRgbd;
+  camera.T_BC = BodyAtCamera_T_BC();
+  camera.depth_unit_m = options.depth_unit_m.value_or(kTumDepthUnit);
+  if (options.intrinsics) {
+    camera.left = *options.intrinsics;
+    recording.notes.emplace_back("camera", "intrinsics as given by the user");
+    return Done{};
+  }
+  std::string name = options.camera.empty() ? CameraOfName(recording.name) : options.camera;
+  if (name.empty()) {
+    name = "fr1";
+    recording.warnings.emplace_back(
+        "the folder's name says neither freiburg1, 2 nor 3: intrinsics and rolling shutter of "
+        "freiburg1's Kinect are ASSUMED; name the camera with --camera fr1|fr2|fr3, or give "
+        "--intrinsics of your own");
+  }
+  const std::optional<PinholeIntrinsics> preset = Preset(name);
+  if (!preset) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--camera " + name + ": no such preset; use fr1, fr2 or fr3"};
+  }
+  camera.left = *preset;
+  // Kinect v1's colour camera has a rolling shutter. Measured: of readouts from 0 to 33 ms, 22 to
+  // 26 ms give the smallest trajectory error on fr1_rpy (docs/results.md).
+  if (name != "fr3") camera.readout_s = 0.026;
+  recording.notes.emplace_back("camera", "preset " + name);
+  return Done{};
+}
+
+// A camera of one's own that is given in TUM's layout: says what the unit makes of the first image.
+void WarnOfDepthUnit(const Image& depth, Recording& recording) {
+  std::vector<uint16_t> values;
+  for (size_t i = 0; i + 1 < depth.bytes.size(); i += 2) {
+    uint16_t value = 0;
+    std::memcpy(&value, &depth.bytes[i], sizeof value);
+    if (value > 0) values.push_back(value);
+  }
+  if (values.empty()) return;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  char text[300];
+  std::snprintf(text, sizeof text,
+                "depth is ASSUMED in TUM's unit of 1/5000 m: the first image's median is then %.2f "
+                "m; with --depth-unit 0.001 (millimetres, as of a RealSense) it would be %.2f m",
+                *middle * kTumDepthUnit, *middle * kMillimetre);
+  recording.warnings.emplace_back(text);
 }
 
 }  // namespace
@@ -52,21 +126,8 @@ Result<Recording> ReadTum(const std::filesystem::path& source, const TumOptions&
   Recording recording;
   recording.format = "tum";
   recording.name = FolderName(source);
-  CameraCalibration& camera = recording.calibration.camera;
-  const std::optional<PinholeIntrinsics> preset = Preset(options.camera);
-  if (!options.intrinsics && !preset) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "--camera " + options.camera + ": no such preset; use fr1, fr2 or fr3"};
-  }
-  camera.kind = CameraKind::kRgbd;
-  // Kinect v1's colour camera has a rolling shutter. Measured: of readouts from 0 to 33 ms, 22 to
-  // 26 ms give the smallest trajectory error on fr1_rpy (docs/results.md).
-  if (options.camera != "fr3") camera.readout_s = 0.026;
-  camera.left = options.intrinsics ? *options.intrinsics : *preset;
-  camera.depth_unit_m = 1.0 / 5000.0;
-  camera.T_BC = BodyAtCamera_T_BC();
-  recording.notes.emplace_back("camera", options.intrinsics ? "intrinsics as given by the user"
-                                                            : "preset " + options.camera);
+  const Result<Done> camera_set = SetCamera(options, recording);
+  if (!camera_set) return camera_set.error();
 
   const auto grey = ReadImageList(source, "rgb.txt", recording.warnings);
   if (!grey) return grey.error();
@@ -78,13 +139,24 @@ Result<Recording> ReadTum(const std::filesystem::path& source, const TumOptions&
       MakeFileFrames(*std::move(files), options, recording);
   if (!frames) return frames.error();
   recording.frames = *std::move(frames);
+  if (!options.intrinsics) {
+    CameraCalibration& camera = recording.calibration.camera;
+    const Result<Done> fits = FitStatedSize(kPresetWidth, kPresetHeight,
+                                            "preset of the camera (--intrinsics gives others)",
+                                            camera, &camera.left, recording.warnings);
+    if (!fits) return fits.error();
+  } else if (!options.depth_unit_m) {
+    const Result<FramePixels> first = recording.frames->Load(0);
+    if (!first) return first.error();
+    WarnOfDepthUnit(first->depth, recording);
+  }
 
   std::error_code ignored;
   if (std::filesystem::exists(source / "groundtruth.txt", ignored)) {
     const Result<std::vector<StampedPose>> T_GC =
-        ReadTumTrajectory(source / "groundtruth.txt", "ground truth", recording.warnings);
+        ReadTrueTrajectory(source / "groundtruth.txt", "ground truth", recording.warnings);
     if (!T_GC) return T_GC.error();
-    recording.ground_truth = GroundTruthOfBody(*T_GC, camera.T_BC);
+    recording.ground_truth = GroundTruthOfBody(*T_GC, recording.calibration.camera.T_BC);
   } else {
     recording.warnings.emplace_back("groundtruth.txt is not there: no ground truth in the log");
   }

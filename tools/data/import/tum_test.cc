@@ -25,10 +25,25 @@ void WriteTum(const TestFolder& folder) {
   folder.WriteDepth("depth/b.png", 6);
 }
 
+// The images of the folder are no Kinect's.
+TumOptions Own() {
+  TumOptions options;
+  options.intrinsics = *ParseIntrinsics("60,61,40,32");
+  return options;
+}
+
+// A folder inside another whose images have the size of the presets.
+void WriteKinect(const TestFolder& folder, const std::string& name) {
+  folder.Write(name + "/rgb.txt", "10.0 rgb/a.png\n");
+  folder.Write(name + "/depth.txt", "10.0 depth/a.png\n");
+  folder.WriteGrey(name + "/rgb/a.png", 1, 640, 480);
+  folder.WriteImage(name + "/depth/a.png", cv::Mat(480, 640, CV_16UC1, cv::Scalar(5000)));
+}
+
 TEST(Tum, PairsByTimeAndKeepsPixels) {
   const TestFolder folder;
   WriteTum(folder);
-  const auto recording = ReadTum(folder.path(), {});
+  const auto recording = ReadTum(folder.path(), Own());
   ASSERT_TRUE(recording) << recording.error().message;
   ASSERT_EQ(recording->frames->size(), 2u);
   EXPECT_EQ(recording->frames->utime(1).us, 10033333);
@@ -44,7 +59,8 @@ TEST(Tum, PairsByTimeAndKeepsPixels) {
   const CameraCalibration& camera = recording->calibration.camera;
   EXPECT_EQ(camera.width, 80);
   EXPECT_EQ(camera.height, 64);
-  EXPECT_EQ(camera.left.fx, 517.3);
+  EXPECT_EQ(camera.left.fy, 61);
+  EXPECT_EQ(camera.readout_s, 0);  // the Kinect's rolling shutter goes with its preset
   EXPECT_NEAR(camera.rate_hz, 30, 0.01);
   EXPECT_NEAR(camera.depth_unit_m, 0.0002, 1e-12);
 }
@@ -53,7 +69,7 @@ TEST(Tum, PairsByTimeAndKeepsPixels) {
 TEST(Tum, GroundTruthIsMovedFromTheOpticalFrameToTheBody) {
   const TestFolder folder;
   WriteTum(folder);
-  const auto recording = ReadTum(folder.path(), {});
+  const auto recording = ReadTum(folder.path(), Own());
   ASSERT_TRUE(recording);
   ASSERT_EQ(recording->ground_truth.size(), 3u);
   ExpectPose(recording->ground_truth[1].T_GB, SE3(Eigen::Quaterniond::Identity(), {1, 2, 3}));
@@ -66,7 +82,7 @@ TEST(Tum, ColourBecomesGreyByTheStatedFormula) {
   const TestFolder folder;
   WriteTum(folder);
   folder.WriteImage("rgb/a.png", cv::Mat(64, 80, CV_8UC3, cv::Scalar(10, 20, 200)));  // b, g, r
-  const auto recording = ReadTum(folder.path(), {});
+  const auto recording = ReadTum(folder.path(), Own());
   ASSERT_TRUE(recording);
   const auto pixels = recording->frames->Load(0);
   ASSERT_TRUE(pixels);
@@ -93,13 +109,103 @@ TEST(Tum, IntrinsicsOfTheCommandLineReplaceThePreset) {
   }
 }
 
+TEST(Tum, TheFolderNamesTheCamera) {
+  const TestFolder folder;
+  const auto fx = [&](const std::string& name, const TumOptions& options = {}) {
+    WriteKinect(folder, name);
+    const auto recording = ReadTum(folder.path() / name, options);
+    EXPECT_TRUE(recording) << recording.error().message;
+    const bool assumed =
+        AllText(recording->warnings).find("freiburg1's Kinect are ASSUMED") != std::string::npos;
+    EXPECT_EQ(assumed, name == "office") << name;
+    return recording->calibration.camera.left.fx;
+  };
+  EXPECT_EQ(fx("rgbd_dataset_freiburg1_rpy"), 517.3);
+  EXPECT_EQ(fx("rgbd_dataset_freiburg2_desk"), 520.9);
+  EXPECT_EQ(fx("TUM_FR3_office"), 535.4);
+  EXPECT_EQ(fx("office"), 517.3);
+  TumOptions options;
+  options.camera = "fr2";
+  EXPECT_EQ(fx("rgbd_dataset_freiburg1_xyz", options), 520.9);
+}
+
+TEST(Tum, PresetsAreOfOneImageShape) {
+  const TestFolder folder;
+  WriteTum(folder);
+  ExpectError(ReadTum(folder.path(), {}), ErrorCode::kBadData,
+              {"640 x 480", "80 x 64", "--intrinsics"});
+}
+
+TEST(Tum, TheDepthUnitIsStatedOrSaid) {
+  const TestFolder folder;
+  WriteTum(folder);
+  const auto assumed = ReadTum(folder.path(), Own());
+  ASSERT_TRUE(assumed);
+  EXPECT_THAT(AllText(assumed->warnings),
+              AllOf(HasSubstr("ASSUMED in TUM's unit"), HasSubstr("--depth-unit 0.001")));
+  TumOptions options = Own();
+  options.depth_unit_m = 0.001;
+  const auto stated = ReadTum(folder.path(), options);
+  ASSERT_TRUE(stated);
+  EXPECT_EQ(stated->calibration.camera.depth_unit_m, 0.001);
+  EXPECT_THAT(AllText(stated->warnings), testing::Not(HasSubstr("ASSUMED")));
+}
+
+// Good images are worth a log, whatever the ground truth is like.
+TEST(Tum, GroundTruthWithoutAttitudeIsLeftOut) {
+  for (const char* text : {"9 1 2 3 0 0 0 0\n10 1 2 3 0 0 0 0\n", "9 1 2 3 0 0 0 nan\n"}) {
+    const TestFolder folder;
+    WriteTum(folder);
+    folder.Write("groundtruth.txt", text);
+    const auto recording = ReadTum(folder.path(), Own());
+    ASSERT_TRUE(recording) << recording.error().message;
+    EXPECT_TRUE(recording->ground_truth.empty());
+    EXPECT_THAT(AllText(recording->warnings),
+                AllOf(HasSubstr("groundtruth.txt:1: "), HasSubstr("no ground truth in the log")));
+  }
+}
+
+TEST(Tum, SpoiltRowsOfGroundTruthAreCountedAndNamed) {
+  const TestFolder folder;
+  WriteTum(folder);
+  folder.Write("groundtruth.txt",
+               "9 0 0 0 0 0 0 1\n10 0 0 0 4.8 0 0 1\n11 nan nan nan nan nan nan nan\n"
+               "12 0 0 0 0 0 0 1\n13 0 0 0 0 0 0.2 1\n");
+  const auto recording = ReadTum(folder.path(), Own());
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_EQ(recording->ground_truth.size(), 3u);
+  EXPECT_THAT(AllText(recording->warnings),
+              AllOf(HasSubstr("groundtruth.txt:2: the quaternion has norm"),
+                    HasSubstr("2 of 5 rows"), HasSubstr("1 of 5 quaternions are rounded")));
+}
+
+// Byte-order mark, CRLF, back-slashes, quoted and plain names with blanks, no newline at the end.
+TEST(Tum, ListsFromWindowsAreRead) {
+  const TestFolder folder;
+  WriteTum(folder);
+  folder.WriteGrey("rgb/left cam.png", 'b');
+  folder.Write("rgb.txt",
+               "\xEF\xBB\xBF"
+               "10.000000 rgb\\a.png\r\n10.033333 rgb/left cam.png\r\n"
+               "10.066667,\"rgb/left cam.png\"");
+  folder.Write("depth.txt", "10.004 depth/a.png\r\n10.030 depth/b.png\r\n10.066 depth\\b.png\r\n");
+  folder.Write("groundtruth.txt",
+               "\xEF\xBB\xBF"
+               "9.9 0 0 0 0 0 0 1\r\n10 0 0 0 0 0 0 1\r\n");
+  const auto recording = ReadTum(folder.path(), Own());
+  ASSERT_TRUE(recording) << recording.error().message;
+  ASSERT_EQ(recording->frames->size(), 3u);
+  for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(recording->frames->Load(i));
+  EXPECT_EQ(recording->ground_truth.size(), 2u);
+}
+
 TEST(Tum, MissingFilesAreNamedOrSkipped) {
   const TestFolder folder;
   WriteTum(folder);
   folder.Remove("depth/a.png");
-  ExpectError(ReadTum(folder.path(), {}), ErrorCode::kNotFound,
+  ExpectError(ReadTum(folder.path(), Own()), ErrorCode::kNotFound,
               {"rgb.txt:2: ", "depth/a.png", "--skip-missing"});
-  TumOptions options;
+  TumOptions options = Own();
   options.skip_missing = true;
   const auto recording = ReadTum(folder.path(), options);
   ASSERT_TRUE(recording);
@@ -116,13 +222,14 @@ TEST(Tum, BadFoldersAreRefusedWithFileAndLine) {
       {"rgb.txt", "#\nx rgb/a.png\n", {"rgb.txt:2: 'x'"}},
       {"depth.txt", "20.0 depth/a.png\n", {"within 20 ms"}},
       {"groundtruth.txt", "1 2 3\n", {"groundtruth.txt:1: ", "fields"}},
-      {"groundtruth.txt", "1 2 3 4 0 0 0 0\n", {"groundtruth.txt:1: ", "norm"}},
-      {"groundtruth.txt", "1 2 3 4 0 0 0 inf\n", {"groundtruth.txt:1: "}},
+      {"rgb.txt",
+       "1e9 rgb/a.png\n1e9 rgb/b.png\n1e9 rgb/c.png\n",
+       {"rgb.txt: 2 of 3 records repeat a time", "digits"}},
   };
   ExpectRefused(
-      cases, WriteTum, [](const auto& path) { return ReadTum(path, {}); }, ErrorCode::kBadData);
+      cases, WriteTum, [](const auto& path) { return ReadTum(path, Own()); }, ErrorCode::kBadData);
   const TestFolder folder;
-  ExpectError(ReadTum(folder.path(), {}), ErrorCode::kNotFound, {"rgb.txt: not there"});
+  ExpectError(ReadTum(folder.path(), Own()), ErrorCode::kNotFound, {"rgb.txt: not there"});
   WriteTum(folder);
   TumOptions options;
   options.camera = "fr4";
@@ -132,7 +239,7 @@ TEST(Tum, BadFoldersAreRefusedWithFileAndLine) {
 TEST(Tum, BadImagesAreRefusedWhenTheyAreRead) {
   const TestFolder folder;
   WriteTum(folder);
-  const auto recording = ReadTum(folder.path(), {});
+  const auto recording = ReadTum(folder.path(), Own());
   ASSERT_TRUE(recording);
   const auto error_of_frame = [&] {
     const auto pixels = recording->frames->Load(1);

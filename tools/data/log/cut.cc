@@ -1,6 +1,7 @@
 #include "tools/data/log/cut.h"
 
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <vector>
 
@@ -13,13 +14,8 @@ namespace gw::tools {
 namespace {
 
 std::string DescribeSpan(const Span& span) {
-  char text[80];
-  std::snprintf(text, sizeof text, "cut from second %.6f", span.begin.seconds());
-  std::string out = text;
-  if (span.end != Span().end) {
-    std::snprintf(text, sizeof text, " to %.6f", span.end.seconds());
-    out += text;
-  }
+  std::string out = fmt::format("cut from second {:.6f}", span.begin.seconds());
+  if (span.end != Span().end) out += fmt::format(" to {:.6f}", span.end.seconds());
   return out + " of the log before";
 }
 

@@ -8,7 +8,7 @@
 #include "common/wire/channels.h"
 #include "common/wire/wire.h"
 #include "tools/data/files/format.h"
-#include "tools/data/log/json_text.h"
+#include "tools/data/files/json.h"
 
 namespace gw::tools {
 namespace {
@@ -51,9 +51,10 @@ class Inspector {
     const std::string channel(event.channel);
     if (report_.events == 0) report_.begin = event.received;
     clock_.Add(event.received);
+    index_ = report_.events;
     if (report_.events > 0 && event.received < previous_) {
       ++report_.receive_time_faults;
-      Problem(channel, "receive time", event.number, "received before the event in front of it");
+      Problem(channel, "receive time", index_, "received before the event in front of it");
     }
     previous_ = event.received;
     report_.end = std::max(report_.end, event.received);
@@ -75,7 +76,7 @@ class Inspector {
     }
     if (refused) {
       ++stats.undecodable;
-      Problem(channel, "undecodable", event.number, *refused);
+      Problem(channel, "undecodable", index_, *refused);
     }
     if (!right_type) return CountTime(stats, event.received);
     if (channel == wire::kNote) KeepNote(event);
@@ -101,9 +102,7 @@ class Inspector {
     }
     report_.length = clock_.length();
     report_.time_steps = clock_.steps();
-    for (const TimeStep& step : report_.time_steps) {
-      if (step.by().us < 0) report_.problems.push_back(Describe(step));
-    }
+    for (const TimeStep& step : report_.time_steps) report_.problems.push_back(Describe(step));
     report_.file_bytes = reader.size();
     report_.skipped_bytes = reader.skipped_bytes();
     report_.truncated = reader.truncated();
@@ -171,19 +170,19 @@ class Inspector {
       ++stats.restarts;
     } else if (header.seq <= before.seq) {
       ++stats.sequence_faults;
-      Problem(channel, "sequence", event.number,
+      Problem(channel, "sequence", index_,
               "seq " + std::to_string(header.seq) + " after " + std::to_string(before.seq));
     } else if (header.seq > before.seq + 1) {
       const int64_t lost = header.seq - before.seq - 1;
       stats.lost += lost;
-      Problem(channel, "lost", event.number,
+      Problem(channel, "lost", index_,
               std::to_string(lost) + " messages lost between seq " + std::to_string(before.seq) +
                   " and " + std::to_string(header.seq));
     }
     const bool repeated = header.utime == before.utime && TimesMustDiffer(channel);
     if (header.utime < before.utime || repeated) {
       ++stats.time_faults;
-      Problem(channel, "time", event.number,
+      Problem(channel, "time", index_,
               repeated ? "repeats the utime of the message before"
                        : "utime is " + std::to_string((before.utime - header.utime).us) +
                              " us before that of the message before");
@@ -193,7 +192,8 @@ class Inspector {
   InspectDepth depth_;
   LogReport report_;
   LogClock clock_;
-  Utime previous_;                                            // receive time of the event before
+  int64_t index_ = 0;  // of the event in the file; its own number begins anew in a joined log
+  Utime previous_;     // receive time of the event before
   std::map<std::pair<std::string, std::string>, Last> last_;  // by channel and sender
   std::map<std::pair<std::string, int64_t>, std::vector<int64_t>> delivered_;  // channel, session
   std::map<std::pair<std::string, std::string>, int64_t> problem_counts_;      // channel, kind
@@ -242,45 +242,41 @@ std::string ReportText(const LogReport& report) {
 }
 
 std::string ReportJson(const LogReport& report) {
-  std::string out = Format(
-      "{\"ok\":%s,\"bytes\":%lld,\"events\":%lld,\"begin_us\":%lld,\"duration_s\":%.6f,"
-      "\"skipped_bytes\":%lld,\"truncated\":%s,\"receive_time_faults\":%lld,\"channels\":{",
-      report.ok ? "true" : "false", Long(report.file_bytes), Long(report.events),
-      Long(report.begin.us), report.length.seconds(), Long(report.skipped_bytes),
-      report.truncated ? "true" : "false", Long(report.receive_time_faults));
-  const char* separator = "";
+  Json channels = Json::object();
   for (const auto& [name, c] : report.channels) {
-    out += separator + JsonQuote(name);
-    out += Format(
-        ":{\"messages\":%lld,\"bytes\":%lld,\"known\":%s,\"first_us\":%lld,\"last_us\":%lld,"
-        "\"rate_hz\":%.4f,\"largest_gap_s\":%.6f,\"lost\":%lld,\"restarts\":%lld,"
-        "\"sequence_faults\":%lld,\"time_faults\":%lld,\"undecodable\":%lld}",
-        Long(c.messages), Long(c.bytes), c.known ? "true" : "false", Long(c.first.us),
-        Long(c.last.us), c.rate_hz(), c.largest_gap.seconds(), Long(c.lost), Long(c.restarts),
-        Long(c.sequence_faults), Long(c.time_faults), Long(c.undecodable));
-    separator = ",";
+    channels[name] = {{"messages", c.messages},
+                      {"bytes", c.bytes},
+                      {"known", c.known},
+                      {"first_us", c.first.us},
+                      {"last_us", c.last.us},
+                      {"rate_hz", c.rate_hz()},
+                      {"largest_gap_s", c.largest_gap.seconds()},
+                      {"lost", c.lost},
+                      {"restarts", c.restarts},
+                      {"sequence_faults", c.sequence_faults},
+                      {"time_faults", c.time_faults},
+                      {"undecodable", c.undecodable}};
   }
-  out += "},\"time_steps\":[";
-  separator = "";
+  Json steps = Json::array();
   for (const TimeStep& step : report.time_steps) {
-    out += separator + Format("{\"event\":%lld,\"from_us\":%lld,\"to_us\":%lld}", Long(step.index),
-                              Long(step.from.us), Long(step.to.us));
-    separator = ",";
+    steps.push_back({{"event", step.index}, {"from_us", step.from.us}, {"to_us", step.to.us}});
   }
-  out += "],\"notes\":[";
-  separator = "";
+  Json notes = Json::array();
   for (const LogNote& note : report.notes) {
-    out += separator + Format("{\"utime\":%lld,\"key\":", Long(note.utime.us)) +
-           JsonQuote(note.key) + ",\"text\":" + JsonQuote(note.text) + "}";
-    separator = ",";
+    notes.push_back({{"utime", note.utime.us}, {"key", note.key}, {"text", note.text}});
   }
-  out += "],\"problems\":[";
-  separator = "";
-  for (const std::string& problem : report.problems) {
-    out += separator + JsonQuote(problem);
-    separator = ",";
-  }
-  return out + "]}\n";
+  return JsonLine({{"ok", report.ok},
+                   {"bytes", report.file_bytes},
+                   {"events", report.events},
+                   {"begin_us", report.begin.us},
+                   {"duration_s", report.length.seconds()},
+                   {"skipped_bytes", report.skipped_bytes},
+                   {"truncated", report.truncated},
+                   {"receive_time_faults", report.receive_time_faults},
+                   {"channels", channels},
+                   {"time_steps", steps},
+                   {"notes", notes},
+                   {"problems", report.problems}});
 }
 
 }  // namespace gw::tools

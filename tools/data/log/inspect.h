@@ -41,8 +41,8 @@ struct LogReport {
   int64_t events = 0;
   Utime begin, end;                  // receive times: of the first event, and the latest
   DurationUs length;                 // of the log, see LogClock
-  std::vector<TimeStep> time_steps;  // where the receive time goes back (joined logs, clock set) or
-                                     // jumps ahead; one that goes back is a problem
+  std::vector<TimeStep> time_steps;  // where the receive time goes back or jumps
+                                     // ahead: joined logs, a clock that was set
   int64_t receive_time_faults = 0;   // events received before the one in front of them
   int64_t skipped_bytes = 0;         // no events: garbage
   bool truncated = false;            // ends inside an event

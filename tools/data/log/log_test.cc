@@ -13,7 +13,6 @@
 #include "common/wire/wire.h"
 #include "tools/data/log/cut.h"
 #include "tools/data/log/inspect.h"
-#include "tools/data/log/json_text.h"
 #include "tools/data/log/log_clock.h"
 #include "tools/data/log/safe_log_writer.h"
 #include "tools/data/log/span.h"
@@ -348,10 +347,6 @@ TEST(Span, ParsesTimesAndValues) {
     EXPECT_THAT(result.error().message, HasSubstr("--x"));
   }
   EXPECT_FALSE(ParseSpan("--x", "1:2", 1, 1));
-}
-
-TEST(JsonQuote, EscapesWhatJsonForbids) {
-  EXPECT_EQ(JsonQuote("a\"b\\c\n\x01 \xC3\xA4"), "\"a\\\"b\\\\c\\u000a\\u0001 \xC3\xA4\"");
 }
 
 }  // namespace

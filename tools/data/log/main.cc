@@ -5,9 +5,9 @@
 
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
+#include "tools/data/files/json.h"
 #include "tools/data/log/cut.h"
 #include "tools/data/log/inspect.h"
-#include "tools/data/log/json_text.h"
 
 namespace gw::tools {
 namespace {
@@ -42,8 +42,8 @@ int Cut(const std::string& log, const std::string& span, const std::string& out,
     std::fprintf(stderr, "gw-log: warning: %s is damaged; gw-log check says where\n", log.c_str());
   }
   if (json) {
-    std::printf("{\"log\":%s,\"events\":%lld,\"bytes\":%lld}\n", JsonQuote(out).c_str(),
-                static_cast<long long>(cut->events), static_cast<long long>(cut->bytes));
+    const Json summary = {{"log", out}, {"events", cut->events}, {"bytes", cut->bytes}};
+    std::fputs(JsonLine(summary).c_str(), stdout);
   } else {
     std::printf("%s: %lld events, %.1f MB\n", out.c_str(), static_cast<long long>(cut->events),
                 static_cast<double>(cut->bytes) * 1e-6);

@@ -8,7 +8,7 @@
 
 #include "backend/journal/journal.h"
 #include "tools/data/files/format.h"
-#include "tools/data/log/json_text.h"
+#include "tools/data/files/json.h"
 
 namespace gw::tools {
 namespace {
@@ -135,36 +135,30 @@ std::string ReportText(const MapReport& r) {
 }
 
 std::string ReportJson(const MapReport& r) {
-  std::string out = "{\"directory\":" + JsonQuote(r.directory);
-  const auto number = [&](const char* name, int64_t value) {
-    out += Format(",\"%s\":%" PRId64, name, value);
-  };
-  number("generation", r.generation);
-  number("revision", r.revision);
-  number("keyframes", r.keyframes);
-  number("pending_keyframes", r.pending_keyframes);
-  number("landmarks", r.landmarks);
-  number("observations", r.observations);
-  number("features", r.features);
-  number("file_bytes", r.file_bytes);
-  number("checkpoint_bytes", r.checkpoint_bytes);
-  number("directory_bytes", r.directory_bytes);
-  out += Format(",\"bytes_per_keyframe\":%.1f", r.bytes_per_keyframe);
-  number("torn_bytes", r.torn_bytes);
-  out += ",\"sessions\":[";
-  for (size_t i = 0; i < r.sessions.size(); ++i) {
-    const SessionReport& s = r.sessions[i];
-    out += Format("%s{\"begin_us\":%" PRId64 ",\"version\":", i == 0 ? "" : ",", s.begin.us) +
-           JsonQuote(s.version) +
-           Format(",\"first_keyframe\":%" PRId64 ",\"keyframes\":%" PRId64 ",\"first_us\":%" PRId64
-                  ",\"last_us\":%" PRId64 "}",
-                  s.first_keyframe.value, s.keyframes, s.first_utime.us, s.last_utime.us);
+  Json sessions = Json::array();
+  for (const SessionReport& s : r.sessions) {
+    sessions.push_back({{"begin_us", s.begin.us},
+                        {"version", s.version},
+                        {"first_keyframe", s.first_keyframe.value},
+                        {"keyframes", s.keyframes},
+                        {"first_us", s.first_utime.us},
+                        {"last_us", s.last_utime.us}});
   }
-  out += "],\"problems\":[";
-  for (size_t i = 0; i < r.problems.size(); ++i) {
-    out += (i == 0 ? "" : ",") + JsonQuote(r.problems[i]);
-  }
-  return out + "]}\n";
+  return JsonLine({{"directory", r.directory},
+                   {"generation", r.generation},
+                   {"revision", r.revision},
+                   {"keyframes", r.keyframes},
+                   {"pending_keyframes", r.pending_keyframes},
+                   {"landmarks", r.landmarks},
+                   {"observations", r.observations},
+                   {"features", r.features},
+                   {"file_bytes", r.file_bytes},
+                   {"checkpoint_bytes", r.checkpoint_bytes},
+                   {"directory_bytes", r.directory_bytes},
+                   {"bytes_per_keyframe", r.bytes_per_keyframe},
+                   {"torn_bytes", r.torn_bytes},
+                   {"sessions", sessions},
+                   {"problems", r.problems}});
 }
 
 }  // namespace gw::tools

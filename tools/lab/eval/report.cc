@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/format.h"
+#include "tools/data/files/json.h"
 #include "tools/lab/plot/svg.h"
 
 namespace gw::eval {
@@ -13,54 +14,15 @@ namespace {
 
 // --- JSON ---
 
-using Members = std::vector<std::pair<const char*, std::string>>;  // values are JSON already
+using tools::Json;
 
-std::string JsonNumber(double value) {
-  return std::isfinite(value) ? FormatDouble(value) : "null";
-}
-std::string JsonNumber(const std::optional<double>& value) {
-  return value ? JsonNumber(*value) : "null";
-}
-
-std::string JsonString(const std::string& text) {
-  static constexpr char kHex[] = "0123456789abcdef";
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20) {
-      out += std::string("\\u00") + kHex[byte >> 4] + kHex[byte & 15];
-      continue;
-    }
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
-
-std::string JsonList(const std::vector<double>& values) {
-  std::string out = "[";
-  for (const double v : values) {
-    if (out.size() > 1) out += ", ";
-    out += JsonNumber(v);
-  }
-  return out + "]";
-}
-
-std::string JsonObject(const Members& members, int indent) {
-  const std::string inner(indent + 2, ' ');
-  std::string out = "{";
-  for (const auto& [name, value] : members) {
-    if (out.size() > 1) out += ',';
-    out.append("\n").append(inner).append(JsonString(name)).append(": ").append(value);
-  }
-  return out + "\n" + std::string(indent, ' ') + "}";
-}
-
-std::string JsonStats(const Stats& stats) {
-  if (stats.count == 0) return "null";
-  return "{\"count\": " + std::to_string(stats.count) + ", \"rmse\": " + JsonNumber(stats.rmse) +
-         ", \"mean\": " + JsonNumber(stats.mean) + ", \"median\": " + JsonNumber(stats.median) +
-         ", \"max\": " + JsonNumber(stats.max) + "}";
+Json StatsJson(const Stats& stats) {
+  if (stats.count == 0) return nullptr;
+  return {{"count", stats.count},
+          {"rmse", stats.rmse},
+          {"mean", stats.mean},
+          {"median", stats.median},
+          {"max", stats.max}};
 }
 
 // --- table ---
@@ -228,42 +190,38 @@ std::string RenderJson(const EvalReport& report) {
   const Eigen::Quaterniond& q = e.T_RefEst.rotation();
   const Drift& drift = e.drift;
   const Stats keyframes = report.keyframes ? report.keyframes->ape_translation_m : Stats{};
-  return JsonObject(
-             {{"reference", JsonString(report.ref_name)},
-              {"estimate", JsonString(report.est_name)},
-              {"alignment", JsonString(AlignmentName(report.options.alignment))},
-              {"max_gap_s", JsonNumber(report.options.max_gap.seconds())},
-              {"max_diff_s", JsonNumber(report.options.max_diff.seconds())},
-              {"reference_poses", std::to_string(e.num_ref)},
-              {"estimate_poses", std::to_string(e.num_est)},
-              {"pairs", std::to_string(e.pairs.size())},
-              {"T_RefEst", JsonObject({{"p", JsonList({p.x(), p.y(), p.z()})},
-                                       {"q_wxyz", JsonList({q.w(), q.x(), q.y(), q.z()})}},
-                                      2)},
-              {"ape", JsonObject({{"translation_m", JsonStats(e.ape_translation_m)},
-                                  {"rotation_deg", JsonStats(e.ape_rotation_deg)}},
-                                 2)},
-              {"rpe", JsonObject({{"delta_s", JsonNumber(report.options.rpe_delta.seconds())},
-                                  {"translation_m", JsonStats(e.rpe_translation_m)},
-                                  {"rotation_deg", JsonStats(e.rpe_rotation_deg)}},
-                                 2)},
-              {"drift",
-               JsonObject({{"path_length_m", JsonNumber(drift.path_length_m)},
-                           {"final_error_m", JsonNumber(drift.final_error_m)},
-                           {"final_error_deg", JsonNumber(drift.final_error_deg)},
-                           {"final_percent", JsonNumber(drift.final_percent)},
-                           {"segment_lengths_m", JsonList(report.options.segment_lengths_m)},
-                           {"segments", std::to_string(drift.segments)},
-                           {"segment_percent", JsonNumber(drift.segment_percent)},
-                           {"segment_deg_per_m", JsonNumber(drift.segment_deg_per_m)}},
-                          2)},
-              {"completeness", JsonNumber(e.completeness)},
-              {"images", report.images ? std::to_string(*report.images) : "null"},
-              {"coverage", JsonNumber(report.coverage)},
-              {"keyframe_ape_translation_m", JsonStats(keyframes)},
-              {"frame_to_keyframe_ratio", JsonNumber(report.FrameToKeyframeRatio())}},
-             0) +
-         "\n";
+  const Json transform = {{"p", {p.x(), p.y(), p.z()}}, {"q_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
+  const Json ape = {{"translation_m", StatsJson(e.ape_translation_m)},
+                    {"rotation_deg", StatsJson(e.ape_rotation_deg)}};
+  const Json rpe = {{"delta_s", report.options.rpe_delta.seconds()},
+                    {"translation_m", StatsJson(e.rpe_translation_m)},
+                    {"rotation_deg", StatsJson(e.rpe_rotation_deg)}};
+  const Json drifts = {{"path_length_m", drift.path_length_m},
+                       {"final_error_m", drift.final_error_m},
+                       {"final_error_deg", drift.final_error_deg},
+                       {"final_percent", tools::ValueOrNull(drift.final_percent)},
+                       {"segment_lengths_m", report.options.segment_lengths_m},
+                       {"segments", drift.segments},
+                       {"segment_percent", tools::ValueOrNull(drift.segment_percent)},
+                       {"segment_deg_per_m", tools::ValueOrNull(drift.segment_deg_per_m)}};
+  return tools::JsonDocument(
+      {{"reference", report.ref_name},
+       {"estimate", report.est_name},
+       {"alignment", AlignmentName(report.options.alignment)},
+       {"max_gap_s", report.options.max_gap.seconds()},
+       {"max_diff_s", report.options.max_diff.seconds()},
+       {"reference_poses", e.num_ref},
+       {"estimate_poses", e.num_est},
+       {"pairs", e.pairs.size()},
+       {"T_RefEst", transform},
+       {"ape", ape},
+       {"rpe", rpe},
+       {"drift", drifts},
+       {"completeness", e.completeness},
+       {"images", tools::ValueOrNull(report.images)},
+       {"coverage", tools::ValueOrNull(report.coverage)},
+       {"keyframe_ape_translation_m", StatsJson(keyframes)},
+       {"frame_to_keyframe_ratio", tools::ValueOrNull(report.FrameToKeyframeRatio())}});
 }
 
 std::string RenderPlot(const EvalReport& report, const Trajectory& ref, const Trajectory& est) {

@@ -49,7 +49,10 @@ Result<TimedPose> ParsePose(const std::string& line, const std::string& name, in
   }
   const Eigen::Quaterniond q(v[7], v[4], v[5], v[6]);
   if (!(std::abs(q.norm() - 1.0) <= kQuaternionNormTolerance)) {
-    return BadLine(name, number, "quaternion (columns 5 to 8) is not a unit quaternion");
+    return BadLine(name, number,
+                   q.norm() == 0 ? "quaternion (columns 5 to 8) is 0 0 0 0: no attitude, which is "
+                                   "needed; leave the line out"
+                                 : "quaternion (columns 5 to 8) is not a unit quaternion");
   }
   return TimedPose{UtimeFromSeconds(v[0]), SE3(q, {v[1], v[2], v[3]})};
 }
@@ -61,12 +64,17 @@ Result<Trajectory> ParseTum(const std::string& text, const std::string& name) {
   std::istringstream lines(text);
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // byte-order mark
     line.resize(std::min(line.size(), line.find('#')));
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     const Result<TimedPose> pose = ParsePose(line, name, number);
     if (!pose) return pose.error();
     if (!out.empty() && pose->utime <= out.back().utime) {
-      return BadLine(name, number, "time does not increase (to 1 us); sort the file by time");
+      return BadLine(name, number,
+                     pose->utime == out.back().utime
+                         ? "time repeats that of the pose before (to 1 us); did it lose digits "
+                           "when it was written?"
+                         : "time does not increase (to 1 us); sort the file by time");
     }
     out.push_back(*pose);
   }

@@ -46,6 +46,15 @@ TEST_P(TumRefuses, BadLineByNumber) {
   EXPECT_THAT(t.error().message, HasSubstr(std::string("a.tum:2: ") + GetParam().message));
 }
 
+TEST(ParseTum, AByteOrderMarkIsNoPartOfTheFirstTime) {
+  const auto trajectory = ParseTum(
+      "\xEF\xBB\xBF"
+      "1 0 0 0 0 0 0 1\r\n",
+      "a.tum");
+  ASSERT_TRUE(trajectory) << trajectory.error().message;
+  EXPECT_EQ(trajectory->front().utime.us, 1000000);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Rules, TumRefuses,
     testing::Values(BadCase{"TooFew", "2 0 0 0 0 0 0", "has 7 of 8 columns"},
@@ -55,8 +64,9 @@ INSTANTIATE_TEST_SUITE_P(
                     BadCase{"Infinity", "2 0 -inf 0 0 0 0 1", "'-inf' is not a finite number"},
                     BadCase{"Commas", "2,0,0,0,0,0,0,1", "'2,0,0,0,0,0,0,1' is not a finite"},
                     BadCase{"NotUnit", "2 0 0 0 0 0 0 1.1", "quaternion (columns 5 to 8) is not"},
-                    BadCase{"ZeroQuaternion", "2 0 0 0 0 0 0 0", "quaternion (columns 5 to 8)"},
-                    BadCase{"Repeated", "1.0000001 0 0 0 0 0 0 1", "time does not increase"},
+                    BadCase{"ZeroQuaternion", "2 0 0 0 0 0 0 0",
+                            "quaternion (columns 5 to 8) is 0 0 0 0"},
+                    BadCase{"Repeated", "1.0000001 0 0 0 0 0 0 1", "time repeats that of"},
                     BadCase{"Backwards", "0.5 0 0 0 0 0 0 1", "time does not increase"},
                     BadCase{"Nanoseconds", "1e18 0 0 0 0 0 0 1", "time is not in seconds"}),
     [](const auto& test_case) { return test_case.param.name; });

@@ -1,7 +1,5 @@
 #include "tools/lab/measure/slam_run.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <array>
 #include <charconv>
 #include <map>
@@ -9,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "tools/data/files/json.h"
 #include "tools/data/files/text_file.h"
 #include "tools/lab/slam/slam_output.h"
 
@@ -155,11 +154,10 @@ Result<RunOrigin> ReadOrigin(const std::string& path) {
   const auto text = tools::ReadTextFile(path);
   if (!text) return text.error();
   try {
-    const YAML::Node report = YAML::Load(*text);  // JSON is YAML
-    return RunOrigin{report["config_hash"].as<std::string>(), report["version"].as<std::string>(),
-                     report["dr_synthetic"].as<bool>()};
-  } catch (const YAML::Exception& e) {
-    return Error{ErrorCode::kBadData, path + ": is no report of gw-slam: " + e.msg};
+    const auto report = tools::Json::parse(*text);
+    return RunOrigin{report.at("config_hash"), report.at("version"), report.at("dr_synthetic")};
+  } catch (const tools::Json::exception& e) {
+    return Error{ErrorCode::kBadData, path + ": is no report of gw-slam: " + e.what()};
   }
 }
 

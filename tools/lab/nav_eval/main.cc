@@ -5,6 +5,7 @@
 
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
+#include "tools/data/files/json.h"
 #include "tools/lab/nav_eval/closed_loop.h"
 
 namespace gw::navigate {
@@ -19,12 +20,16 @@ Result<Done> Run(const std::string& folder, const std::string& truth_path, bool 
   if (!result) return result.error();
   const ClosedLoop& r = *result;
   if (json) {
-    std::printf(
-        "{\"stops\": %d, \"reached\": %d, \"accuracy_m\": %.6f, \"accuracy_rad\": %.6f, "
-        "\"precision_waypoints\": %d, \"precision_m\": %.6f, \"precision_rad\": %.6f, "
-        "\"est_rmse_m\": %.6f, \"nav_rmse_m\": %.6f}\n",
-        r.stops, r.reached, r.accuracy_m, r.accuracy_rad, r.precision_waypoints, r.precision_m,
-        r.precision_rad, r.est_rmse_m, r.nav_rmse_m);
+    const tools::Json report = {{"stops", r.stops},
+                                {"reached", r.reached},
+                                {"accuracy_m", r.accuracy_m},
+                                {"accuracy_rad", r.accuracy_rad},
+                                {"precision_waypoints", r.precision_waypoints},
+                                {"precision_m", r.precision_m},
+                                {"precision_rad", r.precision_rad},
+                                {"est_rmse_m", r.est_rmse_m},
+                                {"nav_rmse_m", r.nav_rmse_m}};
+    std::fputs(tools::JsonLine(report).c_str(), stdout);
     return Done{};
   }
   std::printf("stops reached          %d of %d\n", r.reached, r.stops);

@@ -22,28 +22,35 @@ struct WheelSum {
 };
 WheelSum SumWheels(const std::vector<WheelSample>& wheels, DurationUs wheel_offset);
 
-// The robot stands by its wheels: no sample of the time turns or moves them.
+// The robot stands by its wheels: samples [first, last] of the log neither turn nor move them.
 struct Standstill {
-  Utime begin, end;         // camera time
+  size_t first = 0, last = 0;
   double gyro_z_rad_s = 0;  // mean of the gyro about the body's z: its bias
+};
+
+// The turn by the gyro alone, its bias that of the standstills (linear between two, constant before
+// the first and after the last), over the intervals that gyro and dead reckoning cover; and what
+// the others say of the same intervals. rad, counter-clockwise, not wrapped.
+struct GyroWitness {
+  double turn_rad = 0;
+  double dr_turn_rad = 0;
+  double wheel_turn_rad = 0;
+  double wheel_turned_rad = 0;  // sum of the sizes of the wheels' turns
+  std::vector<Standstill> standstills;
 };
 
 // Motion over all wheel intervals that dead reckoning covers without a reset; without wheels, over
 // all of its states. Way: sum of the lengths of the intervals' translations, m. Turn: sum of
-// their yaw, rad, counter-clockwise, not wrapped; the gyro's after removing the bias of the
-// standstills (linear between two, constant before the first and after the last; with none, as it
-// is).
+// their yaw, rad, counter-clockwise, not wrapped.
 struct DrMotion {
   double way_m = 0;
   double turn_rad = 0;
   double height_min_m = 0, height_max_m = 0;  // of T_OB, against the first state
   double tilt_max_rad = 0;                    // largest angle between z of B and z of O
   std::optional<double> wheel_way_m, wheel_turn_rad;
-  std::optional<double> wheel_turned_rad;  // sum of the sizes of the turns
-  std::optional<double> gyro_turn_rad;
-  std::vector<Standstill> standstills;
-  DurationUs covered;    // of the wheel intervals: by dead reckoning
-  DurationUs uncovered;  // the rest of them
+  std::optional<GyroWitness> gyro;  // needs wheels: they tell the standstills
+  DurationUs covered;               // of the wheel intervals: by dead reckoning
+  DurationUs uncovered;             // the rest of them
 };
 DrMotion MeasureMotion(const DrOnlyRun& run, const Calibration& calibration);
 

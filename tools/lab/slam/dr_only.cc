@@ -15,7 +15,8 @@ class StateCollector {
   explicit StateCollector(DrOnlyRun* run) : run_(*run) {}
 
   void Add(const DrState& state) {
-    run_.poses.push_back({state.utime, state.reset_counter, state.T_OB, state.slip});
+    run_.poses.push_back(
+        {state.utime, state.reset_counter, state.T_OB, state.slip, run_.wheels.size()});
     const bool anew = !run_.last || state.utime <= run_.last->utime ||
                       state.reset_counter != run_.last->reset_counter;
     run_.last = state;
@@ -74,7 +75,7 @@ Result<DrOnlyRun> RunDrOnly(process::EventLogReader& log, const RobotConfig& con
     ++run.messages[std::string(event->channel)];
     if (event->channel == wire::kImu) {
       if (const auto sample = DecodeCounted<ImuSample>(*event, &run)) {
-        run.imu.push_back(*sample);
+        run.gyro.push_back({sample->utime, sample->w_I_rad_s, run.wheels.size()});
         if (filter) take(filter->Push(*sample));
       }
     } else if (event->channel == wire::kWheel) {

@@ -22,6 +22,13 @@ struct DrPose {
   uint32_t reset_counter = 0;
   SE3 T_OB;
   bool slip = false;
+  size_t wheels_before = 0;  // wheel samples in the log before it was published
+};
+
+struct GyroReading {
+  Utime utime;  // of the IMU's clock
+  Eigen::Vector3d w_I_rad_s = Eigen::Vector3d::Zero();
+  size_t wheels_before = 0;  // wheel samples in the log before it
 };
 
 // Once a second: covariance of the pose, and of the motion over the second before.
@@ -38,7 +45,7 @@ struct DrOnlyRun {
   std::optional<DrState> last;
   std::optional<dr_ekf::DrCounters> counters;  // none when the log's own DR is passed on
   // The samples as the log has them, in its order.
-  std::vector<ImuSample> imu;
+  std::vector<GyroReading> gyro;
   std::vector<WheelSample> wheels;
   std::map<std::string, int64_t> messages;     // per channel of the log, all channels
   std::map<std::string, int64_t> undecodable;  // of those that dead reckoning reads

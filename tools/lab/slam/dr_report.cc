@@ -9,8 +9,9 @@
 #include "common/core/version.h"
 #include "common/wire/channels.h"
 #include "tools/data/files/format.h"
+#include "tools/data/files/hash_file.h"
+#include "tools/data/files/json.h"
 #include "tools/data/files/text_file.h"
-#include "tools/data/log/json_text.h"
 
 namespace gw::tools {
 namespace {
@@ -101,25 +102,22 @@ void JudgeHeading(const DrMotion& motion, DrVerdict* verdict) {
   if (motion.wheel_turn_rad) {
     text += Format(", %+.2f by the wheels' own sum", kDegrees * *motion.wheel_turn_rad);
   }
-  if (motion.gyro_turn_rad) {
-    text += Format(", %+.2f by the gyro alone (bias of %zu standstills)",
-                   kDegrees * *motion.gyro_turn_rad, motion.standstills.size());
-  }
   verdict->facts.push_back(text);
-  const auto off = [&](double other) { return kDegrees * std::abs(motion.turn_rad - other); };
+  if (!motion.gyro) return;
+  const GyroWitness& gyro = *motion.gyro;
+  const double off = kDegrees * std::abs(gyro.dr_turn_rad - gyro.turn_rad);
+  verdict->facts.push_back(Format(
+      "gyro alone: turned by %+.2f deg (bias of %zu standstills), where dead reckoning says %+.2f "
+      "and the wheels %+.2f",
+      kDegrees * gyro.turn_rad, gyro.standstills.size(), kDegrees * gyro.dr_turn_rad,
+      kDegrees * gyro.wheel_turn_rad));
   // Without a standstill the gyro's bias is unknown, and its integral no witness.
-  if (motion.gyro_turn_rad && !motion.standstills.empty()) {
-    const double minutes = (motion.covered + motion.uncovered).seconds() / 60;
-    const double bar = std::max(kTurnToleranceDeg, kTurnDriftDegPerMin * minutes);
-    if (off(*motion.gyro_turn_rad) > bar) {
-      verdict->problems.push_back(Format("the heading differs from the gyro's integral by %.1f deg",
-                                         off(*motion.gyro_turn_rad)));
-    }
-    if (motion.wheel_turned_rad && kDegrees * *motion.wheel_turned_rad > 45) {
-      verdict->facts.push_back(
-          Format("wheels' turn against the gyro's: %.2f deg apart at the end",
-                 kDegrees * std::abs(*motion.wheel_turn_rad - *motion.gyro_turn_rad)));
-    }
+  if (gyro.standstills.empty()) return;
+  const double bar =
+      std::max(kTurnToleranceDeg, kTurnDriftDegPerMin * motion.covered.seconds() / 60);
+  if (off > bar) {
+    verdict->problems.push_back(
+        Format("the heading differs from the gyro's integral by %.1f deg", off));
   }
 }
 
@@ -230,95 +228,86 @@ std::string CovarianceTable(const std::vector<DrCovarianceRow>& rows) {
   return out;
 }
 
-std::string JsonList(const std::vector<std::string>& texts) {
-  std::string out = "[";
-  for (const std::string& text : texts) {
-    out += (out.size() == 1 ? "\n    " : ",\n    ") + JsonQuote(text);
-  }
-  return out + (texts.empty() ? "]" : "\n  ]");
+Json VectorJson(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
 }
 
-std::string JsonVector(const Eigen::Vector3d& v) {
-  return Format("[%.9g, %.9g, %.9g]", v.x(), v.y(), v.z());
+Json CountersJson(const dr_ekf::DrCounters& c) {
+  return {{"imu_used", c.imu_used},
+          {"wheel_used", c.wheel_used},
+          {"reordered", c.reordered},
+          {"rejected_invalid", c.rejected_invalid},
+          {"rejected_late", c.rejected_late},
+          {"rejected_non_monotonic", c.rejected_non_monotonic},
+          {"rejected_future", c.rejected_future},
+          {"rejected_absurd", c.rejected_absurd},
+          {"resets", c.resets}};
 }
 
-std::string JsonOptional(const std::optional<double>& value) {
-  return value ? Format("%.9g", *value) : "null";
+Json GyroJson(const GyroWitness& gyro) {
+  return {{"turn_rad", gyro.turn_rad},
+          {"dr_turn_rad", gyro.dr_turn_rad},
+          {"wheel_turn_rad", gyro.wheel_turn_rad},
+          {"wheel_turned_rad", gyro.wheel_turned_rad},
+          {"standstills", gyro.standstills.size()}};
 }
 
-std::string CountersJson(const dr_ekf::DrCounters& c) {
-  return Format("{\"imu_used\": %" PRId64 ", \"wheel_used\": %" PRId64 ", \"reordered\": %" PRId64
-                ", \"rejected_invalid\": %" PRId64 ", \"rejected_late\": %" PRId64
-                ", \"rejected_non_monotonic\": %" PRId64 ", \"rejected_future\": %" PRId64
-                ", \"rejected_absurd\": %" PRId64 ", \"resets\": %" PRId64 "}",
-                c.imu_used, c.wheel_used, c.reordered, c.rejected_invalid, c.rejected_late,
-                c.rejected_non_monotonic, c.rejected_future, c.rejected_absurd, c.resets);
+Json MotionJson(const DrMotion& m) {
+  return {{"way_m", m.way_m},
+          {"turn_rad", m.turn_rad},
+          {"height_min_m", m.height_min_m},
+          {"height_max_m", m.height_max_m},
+          {"tilt_max_rad", m.tilt_max_rad},
+          {"wheel_way_m", ValueOrNull(m.wheel_way_m)},
+          {"wheel_turn_rad", ValueOrNull(m.wheel_turn_rad)},
+          {"gyro", m.gyro ? GyroJson(*m.gyro) : Json(nullptr)},
+          {"covered_s", m.covered.seconds()},
+          {"uncovered_s", m.uncovered.seconds()}};
 }
 
-std::string MotionJson(const DrMotion& m) {
-  std::string out = Format(
-      "{\"way_m\": %.9g, \"turn_rad\": %.9g, \"height_min_m\": %.9g, "
-      "\"height_max_m\": %.9g, \"tilt_max_rad\": %.9g",
-      m.way_m, m.turn_rad, m.height_min_m, m.height_max_m, m.tilt_max_rad);
-  out += ", \"wheel_way_m\": " + JsonOptional(m.wheel_way_m) +
-         ", \"wheel_turn_rad\": " + JsonOptional(m.wheel_turn_rad) +
-         ", \"wheel_turned_rad\": " + JsonOptional(m.wheel_turned_rad) +
-         ", \"gyro_turn_rad\": " + JsonOptional(m.gyro_turn_rad);
-  return out + Format(", \"standstills\": %zu, \"covered_s\": %.6f, \"uncovered_s\": %.6f}",
-                      m.standstills.size(), m.covered.seconds(), m.uncovered.seconds());
+Json EstimatesJson(const DrState& s) {
+  return {{"wheel_scale", s.wheel_scale},
+          {"wheel_scale_sigma", s.way_scale_sigma},
+          {"turn_scale", s.turn_scale},
+          {"turn_scale_sigma", s.turn_scale_sigma},
+          {"gyro_bias_rad_s", VectorJson(s.gyro_bias_rad_s)},
+          {"accel_bias_m_s2", VectorJson(s.accel_bias_m_s2)},
+          {"gravity_aligned", s.gravity_aligned},
+          {"synthetic", s.synthetic}};
 }
 
-std::string EstimatesJson(const DrState& s) {
-  return Format(
-             "{\"wheel_scale\": %.9g, \"wheel_scale_sigma\": %.9g, \"turn_scale\": %.9g, "
-             "\"turn_scale_sigma\": %.9g",
-             s.wheel_scale, s.way_scale_sigma, s.turn_scale, s.turn_scale_sigma) +
-         ", \"gyro_bias_rad_s\": " + JsonVector(s.gyro_bias_rad_s) +
-         ", \"accel_bias_m_s2\": " + JsonVector(s.accel_bias_m_s2) +
-         ", \"gravity_aligned\": " + (s.gravity_aligned ? "true" : "false") +
-         ", \"synthetic\": " + (s.synthetic ? "true" : "false") + "}";
-}
-
-std::string SlipJson(const std::vector<DrPose>& poses) {
-  std::string out = "[";
+Json SlipJson(const std::vector<DrPose>& poses) {
+  Json out = Json::array();
   for (const SlipSpan& span : SlipSpans(poses)) {
-    out += Format("%s{\"begin_us\": %" PRId64 ", \"end_us\": %" PRId64 "}",
-                  out.size() == 1 ? "" : ", ", span.begin.us, span.end.us);
+    out.push_back({{"begin_us", span.begin.us}, {"end_us", span.end.us}});
   }
-  return out + "]";
-}
-
-std::string MessagesJson(const std::map<std::string, int64_t>& messages) {
-  std::string out = "{";
-  for (const auto& [channel, count] : messages) {
-    out += (out.size() == 1 ? "" : ", ") + JsonQuote(channel) + Format(": %" PRId64, count);
-  }
-  return out + "}";
+  return out;
 }
 
 std::string Report(const DrOnlyRun& run, const DrMotion& motion, const WheelSum& sum,
                    const RobotConfig& config, const DrRunDescription& description,
                    const DrVerdict& verdict) {
-  std::string out = "{\n  \"program\": \"gw-slam\",\n  \"version\": " + JsonQuote(Version()) +
-                    ",\n  \"mode\": \"dr-only\",\n  \"log\": " + JsonQuote(description.log_name) +
-                    ",\n  \"robot\": " + JsonQuote(config.robot.name);
-  out += Format(",\n  \"config_hash\": \"%016" PRIx64 "\"", ConfigHash(config));
-  out +=
-      Format(",\n  \"frame\": \"%s\"", description.frame == OutputFrame::kBody ? "body" : "camera");
-  out += Format(",\n  \"log_skipped_bytes\": %" PRId64 ",\n  \"log_truncated\": %s",
-                description.log_skipped_bytes, description.log_truncated ? "true" : "false");
-  out += ",\n  \"time_steps\": " + TimeStepsJson(run.clock.steps());
-  out += ",\n  \"messages\": " + MessagesJson(run.messages);
-  out += ",\n  \"messages_undecodable\": " + MessagesJson(run.undecodable);
-  out += Format(",\n  \"states\": %zu,\n  \"resets\": %" PRId64 ",\n  \"wheel_gaps\": %" PRId64,
-                run.poses.size(), Resets(run.poses), sum.gaps);
-  out += ",\n  \"counters\": " + (run.counters ? CountersJson(*run.counters) : "null");
-  out += ",\n  \"motion\": " + MotionJson(motion);
-  out += ",\n  \"estimates\": " + (run.last ? EstimatesJson(*run.last) : "null");
-  out += ",\n  \"slip\": " + SlipJson(run.poses);
-  out += ",\n  \"facts\": " + JsonList(verdict.facts);
-  out += ",\n  \"problems\": " + JsonList(verdict.problems);
-  return out + "\n}\n";
+  return JsonDocument({{"program", "gw-slam"},
+                       {"version", Version()},
+                       {"mode", "dr-only"},
+                       {"log", description.log_name},
+                       {"robot", config.robot.name},
+                       {"config_hash", HashText(ConfigHash(config))},
+                       {"frame", description.frame == OutputFrame::kBody ? "body" : "camera"},
+                       {"log_skipped_bytes", description.log_skipped_bytes},
+                       {"log_truncated", description.log_truncated},
+                       {"time_steps", TimeStepsJson(run.clock.steps())},
+                       {"messages", run.messages},
+                       {"messages_undecodable", run.undecodable},
+                       {"states", run.poses.size()},
+                       {"resets", Resets(run.poses)},
+                       {"wheel_gaps", sum.gaps},
+                       {"counters", run.counters ? CountersJson(*run.counters) : Json(nullptr)},
+                       {"motion", MotionJson(motion)},
+                       {"estimates", run.last ? EstimatesJson(*run.last) : Json(nullptr)},
+                       {"slip", SlipJson(run.poses)},
+                       {"facts", verdict.facts},
+                       {"problems", verdict.problems}});
 }
 
 }  // namespace

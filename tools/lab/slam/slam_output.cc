@@ -4,11 +4,11 @@
 #include <array>
 #include <cinttypes>
 #include <filesystem>
-#include <sstream>
 
 #include "common/config/writer.h"
 #include "common/core/version.h"
 #include "tools/data/files/format.h"
+#include "tools/data/files/hash_file.h"
 #include "tools/data/files/text_file.h"
 
 namespace gw::tools {
@@ -60,63 +60,79 @@ constexpr std::array kStatuses = {TrackingStatus::kInitializing, TrackingStatus:
                                   TrackingStatus::kDegraded,     TrackingStatus::kDrOnly,
                                   TrackingStatus::kRecovering,   TrackingStatus::kLost};
 
-std::string StatusCounts(const std::vector<FramePose>& frames, size_t begin, size_t end) {
-  std::string out = "{";
+Json StatusCounts(const std::vector<FramePose>& frames, size_t begin, size_t end) {
+  Json out = Json::object();
   for (const TrackingStatus status : kStatuses) {
-    const auto n = std::count_if(frames.begin() + static_cast<std::ptrdiff_t>(begin),
-                                 frames.begin() + static_cast<std::ptrdiff_t>(end),
-                                 [&](const FramePose& f) { return f.status == status; });
-    out += Format("%s\"%s\": %td", out.size() == 1 ? "" : ", ", StatusName(status), n);
+    out[StatusName(status)] = std::count_if(frames.begin() + static_cast<std::ptrdiff_t>(begin),
+                                            frames.begin() + static_cast<std::ptrdiff_t>(end),
+                                            [&](const FramePose& f) { return f.status == status; });
   }
-  return out + "}";
+  return out;
+}
+
+Json MapJson(const backend::Mapper& mapper) {
+  const backend::MapperCounters& c = mapper.counters();
+  return {{"revision", mapper.map().revision()},
+          {"keyframes", mapper.map().keyframes().size()},
+          {"landmarks", mapper.map().num_landmarks()},
+          {"keyframes_inserted", c.keyframes_inserted},
+          {"keyframes_rejected", c.keyframes_rejected},
+          {"keyframes_culled", c.keyframes_culled},
+          {"landmarks_created", c.landmarks_created},
+          {"landmarks_triangulated", c.landmarks_triangulated},
+          {"landmarks_merged", c.landmarks_merged},
+          {"landmarks_culled", c.landmarks_culled},
+          {"local_ba_applied", c.local_ba_applied},
+          {"local_ba_failed", c.local_ba_failed}};
+}
+
+Json LoopsJson(const backend::Mapper& mapper) {
+  const backend::LoopCounters& loops = mapper.loop_counters();
+  return {{"candidates", loops.candidates},
+          {"fits", loops.fits},
+          {"inconsistent", loops.inconsistent},
+          {"refused_by_dr", loops.refused_by_dr},
+          {"closed", loops.closed},
+          {"removed", loops.removed},
+          {"global_ba_applied", mapper.counters().global_ba_applied},
+          {"global_ba_failed", mapper.counters().global_ba_failed}};
+}
+
+Json LapsJson(const RunDescription& run, const SlamSession& session) {
+  Json out = Json::array();
+  for (const Lap& lap : run.laps.laps) {
+    out.push_back({{"images", lap.frames_end - lap.frames_begin},
+                   {"poses", StatusCounts(session.frames(), lap.frames_begin, lap.frames_end)},
+                   {"keyframes_inserted", lap.keyframes_inserted},
+                   {"keyframes", lap.keyframes},
+                   {"landmarks", lap.landmarks},
+                   {"revision", lap.revision}});
+  }
+  return out;
 }
 
 std::string Report(const RobotConfig& config, const RunDescription& run,
                    const SlamSession& session) {
-  std::ostringstream out;
-  const backend::MapperCounters& map = session.mapper().counters();
-  const backend::LoopCounters& loops = session.mapper().loop_counters();
-  out << "{\n  \"program\": \"gw-slam\",\n  \"version\": \"" << Version() << "\",\n";
-  out << "  \"log\": \"" << run.log_name << "\",\n  \"robot\": \"" << config.robot.name << "\",\n";
-  out << Format("  \"config_hash\": \"%016" PRIx64 "\",\n", ConfigHash(config));
-  out << "  \"variant\": \"" << run.variant << "\",\n  \"seed\": " << run.seed << ",\n";
-  out << "  \"frame\": \"" << (run.frame == OutputFrame::kBody ? "body" : "camera") << "\",\n";
-  out << "  \"dr_synthetic\": " << (session.dr_synthetic() ? "true" : "false") << ",\n";
-  out << "  \"images\": " << session.counters().images
-      << ",\n  \"poses\": " << StatusCounts(session.frames(), 0, session.frames().size());
-  out << ",\n  \"log_skipped_bytes\": " << run.laps.log.skipped_bytes
-      << ",\n  \"log_truncated\": " << (run.laps.log.truncated ? "true" : "false")
-      << ",\n  \"time_steps\": " << TimeStepsJson(run.laps.log.time_steps)
-      << ",\n  \"messages_undecodable\": " << session.counters().undecodable
-      << ",\n  \"dr_refused\": " << session.counters().dr_refused
-      << ",\n  \"map_gaps\": " << session.counters().map_gaps
-      << ",\n  \"map\": {\"revision\": " << session.mapper().map().revision()
-      << ", \"keyframes\": " << session.mapper().map().keyframes().size()
-      << ", \"landmarks\": " << session.mapper().map().num_landmarks()
-      << ", \"keyframes_inserted\": " << map.keyframes_inserted
-      << ", \"keyframes_rejected\": " << map.keyframes_rejected
-      << ", \"keyframes_culled\": " << map.keyframes_culled
-      << ", \"landmarks_created\": " << map.landmarks_created
-      << ", \"landmarks_triangulated\": " << map.landmarks_triangulated
-      << ", \"landmarks_merged\": " << map.landmarks_merged
-      << ", \"landmarks_culled\": " << map.landmarks_culled
-      << ", \"local_ba_applied\": " << map.local_ba_applied
-      << ", \"local_ba_failed\": " << map.local_ba_failed << "},\n  \"loops\": {"
-      << "\"candidates\": " << loops.candidates << ", \"fits\": " << loops.fits
-      << ", \"inconsistent\": " << loops.inconsistent
-      << ", \"refused_by_dr\": " << loops.refused_by_dr << ", \"closed\": " << loops.closed
-      << ", \"removed\": " << loops.removed << ", \"global_ba_applied\": " << map.global_ba_applied
-      << ", \"global_ba_failed\": " << map.global_ba_failed << "},\n  \"laps\": [";
-  for (const Lap& lap : run.laps.laps) {
-    out << (&lap == run.laps.laps.data() ? "\n" : ",\n")
-        << "    {\"images\": " << lap.frames_end - lap.frames_begin
-        << ", \"poses\": " << StatusCounts(session.frames(), lap.frames_begin, lap.frames_end)
-        << ", \"keyframes_inserted\": " << lap.keyframes_inserted
-        << ", \"keyframes\": " << lap.keyframes << ", \"landmarks\": " << lap.landmarks
-        << ", \"revision\": " << lap.revision << "}";
-  }
-  out << "\n  ]\n}\n";
-  return out.str();
+  return JsonDocument({{"program", "gw-slam"},
+                       {"version", Version()},
+                       {"log", run.log_name},
+                       {"robot", config.robot.name},
+                       {"config_hash", HashText(ConfigHash(config))},
+                       {"variant", run.variant},
+                       {"seed", run.seed},
+                       {"frame", run.frame == OutputFrame::kBody ? "body" : "camera"},
+                       {"dr_synthetic", session.dr_synthetic()},
+                       {"images", session.counters().images},
+                       {"poses", StatusCounts(session.frames(), 0, session.frames().size())},
+                       {"log_skipped_bytes", run.laps.log.skipped_bytes},
+                       {"log_truncated", run.laps.log.truncated},
+                       {"time_steps", TimeStepsJson(run.laps.log.time_steps)},
+                       {"messages_undecodable", session.counters().undecodable},
+                       {"dr_refused", session.counters().dr_refused},
+                       {"map_gaps", session.counters().map_gaps},
+                       {"map", MapJson(session.mapper())},
+                       {"loops", LoopsJson(session.mapper())},
+                       {"laps", LapsJson(run, session)}});
 }
 
 // In times of the log, so that each lap can be held against the same reference.
@@ -144,13 +160,12 @@ Result<Done> WriteLap(const std::string& folder, const Lap& lap, const SlamSessi
 
 }  // namespace
 
-std::string TimeStepsJson(const std::vector<TimeStep>& steps) {
-  std::string out = "[";
+Json TimeStepsJson(const std::vector<TimeStep>& steps) {
+  Json out = Json::array();
   for (const TimeStep& step : steps) {
-    out += Format("%s{\"event\": %" PRId64 ", \"from_us\": %" PRId64 ", \"to_us\": %" PRId64 "}",
-                  out.size() == 1 ? "" : ", ", step.index, step.from.us, step.to.us);
+    out.push_back({{"event", step.index}, {"from_us", step.from.us}, {"to_us", step.to.us}});
   }
-  return out + "]";
+  return out;
 }
 
 std::string TimingTable(const SlamSession& session) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/config/robot_config.h"
+#include "tools/data/files/json.h"
 #include "tools/lab/slam/laps.h"
 #include "tools/lab/slam/slam_session.h"
 
@@ -31,8 +32,8 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
 // outputs above.
 std::string TimingTable(const SlamSession& session);
 
-// Where the time of the log goes back or jumps ahead, as a JSON list for report.json.
-std::string TimeStepsJson(const std::vector<TimeStep>& steps);
+// Where the time of the log goes back or jumps ahead, as a list for report.json.
+Json TimeStepsJson(const std::vector<TimeStep>& steps);
 
 // "tracking", "dr_only", ...: as in frames.csv and report.json.
 const char* StatusName(TrackingStatus status);

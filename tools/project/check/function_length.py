@@ -14,11 +14,13 @@ SCOPE = re.compile(r"\b(namespace|class|struct|union|enum|extern)\b")
 
 
 def kind_of_block(head, enclosing):
-    """What a brace opens, by the text before it since the last statement: 'scope', 'function' or 'other'."""
+    """What a brace opens, by the text before it since the last statement: scope, function, initializer or other."""
     if any(kind != "scope" for kind, _, _ in enclosing):
         return "other"  # inside a function: part of it
     head = re.sub(r"^\s*(#[^\n]*\n\s*|(public|private|protected)\s*:\s*)+", "", head)
     without_templates = re.sub(r"<[^<>]*>", "", head)
+    if re.search(r"\)[^:(){}]*:[^:]", head) and re.search(r"\w\s*$", head):
+        return "initializer"  # x{1} between a constructor's name and its body
     if "(" in head and not re.search(r"[^=!<>]=\s*$", head):
         return "function"
     return "scope" if SCOPE.search(without_templates) or not head.strip() else "other"
@@ -36,15 +38,16 @@ def functions(text):
             continue  # a lambda or braces among arguments
         elif character == "{":
             head = code[statement:at]
-            stack.append((kind_of_block(head, stack), statement + len(head) - len(head.lstrip()), head))
-            statement = at + 1
+            kind = kind_of_block(head, stack)
+            stack.append((kind, statement + len(head) - len(head.lstrip()), head))
+            statement = statement if kind == "initializer" else at + 1
         elif character == "}" and stack:
             kind, begin, head = stack.pop()
             if kind == "function":
                 first = code.count("\n", 0, begin) + 1
                 name = re.search(r"([~\w:]+|operator\S+)\s*\(", head)
                 yield first, code.count("\n", begin, at) + 1, name.group(1) if name else "?"
-            statement = at + 1
+            statement = statement if kind == "initializer" else at + 1
         elif character == ";" and not any(kind == "function" for kind, _, _ in stack):
             statement = at + 1
 

@@ -8,36 +8,34 @@ import re
 import subprocess
 import sys
 
+VALUES = r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono"  # what plain values and algebra must not see
+PURE = VALUES + r"|iostream|fstream"
+CORES = ["common/core", "common/camera", "common/contract", "common/config", "common/good_weights"]
+SHELLS = ["common"]
+
 # folder prefix (longest match wins) -> (our folders it may include, third-party headers it must not)
 LAYERS = {
-    "common/core": ([], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono"),
-    "common/camera": (["common/core", "common/core/fields.h"], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|chrono"),
-    "common/contract": (["common/core", "common/camera"], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|chrono"),
-    "common/vision": (["common/core", "common/camera"],
-                      r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),
+    "common/core": ([], VALUES),
+    "common/camera": (["common/core"], VALUES),
+    "common/contract": (["common/core"], VALUES),
     "common/config": (["common/core", "common/camera"], r"lcm/|opencv2/|ceres/|thread|chrono"),
-    "common/process": (["common", "lcmtypes"], r"opencv2/|ceres/|yaml-cpp/"),
-    "lcmtypes": (["common/core", "common/contract", "common/camera"], r"opencv2/|ceres/|yaml-cpp/|thread|chrono"),
-    "frontend/core": (["common/core", "common/camera", "common/contract", "common/config", "common/vision"],
-                      r"lcm/|ceres/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),
-    "backend/core": (["common/core", "common/camera", "common/contract", "common/config", "common/vision"],
-                     r"lcm/|opencv2/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),
-    "dr_ekf/core": (["common/core", "common/camera", "common/contract", "common/config"],
-                    r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),
-    "drivers/common": (["common/core"], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),
-    "drivers/kobuki/protocol": (["common/core", "drivers/common"], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),
-    "drivers/kobuki/core": (["common/core", "common/camera", "common/contract", "common/config",
-                             "drivers/common", "drivers/kobuki/protocol"],
-                            r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),
-    "drivers/camera/protocol": (["common/core", "drivers/common"], r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),
-    "drivers/camera/core": (["common/core", "common/camera", "common/contract", "common/config",
-                             "drivers/common", "drivers/camera/protocol"],
-                            r"lcm/|opencv2/|ceres/|yaml-cpp/|thread|mutex|chrono|iostream|fstream"),
-    "frontend": (["common", "lcmtypes"], r"ceres/"),
-    "backend": (["common", "lcmtypes"], r"opencv2/"),
-    "dr_ekf": (["common", "lcmtypes"], r"opencv2/|ceres/"),
-    "drivers": (["common", "lcmtypes"], r"ceres/"),
-    "tools": (None, r"$^"),
+    "common/vision": (["common/core", "common/camera", "common/contract"], PURE),
+    "common/good_weights": (["common/core", "common/contract", "common/config"], PURE),
+    "common/wire": (["common/core", "common/contract"], r"opencv2/|ceres/|yaml-cpp/|thread|chrono"),
+    "common/process": (["common"], r"opencv2/|ceres/|yaml-cpp/"),
+    "frontend/core": (CORES + ["common/vision"], PURE.replace("opencv2/|", "")),
+    "backend/core": (CORES + ["common/vision"], PURE.replace("ceres/|", "")),
+    "dr_ekf/core": (CORES, PURE),
+    "drivers/common": (["common/core"], PURE),
+    "drivers/kobuki/protocol": (["common/core", "drivers/common"], PURE),
+    "drivers/kobuki/core": (CORES + ["drivers/common", "drivers/kobuki/protocol"], PURE),
+    "drivers/camera/protocol": (["common/core", "drivers/common"], PURE),
+    "drivers/camera/core": (CORES + ["drivers/common", "drivers/camera/protocol"], PURE),
+    "frontend": (SHELLS, r"ceres/"),
+    "backend": (SHELLS, r"opencv2/"),
+    "dr_ekf": (SHELLS, r"opencv2/|ceres/"),
+    "drivers": (SHELLS, r"ceres/"),
+    "tools": (None, r"$^"),  # their rooms: cycles.py
     "test": (None, r"$^"),
 }
 

@@ -7,6 +7,8 @@ find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc features2d imgcodecs vi
 find_package(Ceres 2.1 REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(CLI11 REQUIRED)
+find_package(fmt 9 REQUIRED)
+find_package(nlohmann_json 3.11 REQUIRED)
 find_package(GTest REQUIRED)
 find_package(benchmark REQUIRED)
 

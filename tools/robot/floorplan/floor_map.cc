@@ -5,64 +5,26 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <limits>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 
 namespace gw::floorplan {
 namespace {
 
-constexpr int kMaxSide = 20000;  // cells; more is a broken header, not a floor
-
-struct GreyImage {
-  int width = 0, height = 0, max_value = 0;
-  std::vector<int> pixels;
-};
-
-// The next word of a PNM header, comments skipped.
-std::string HeaderWord(std::istream& in) {
-  std::string word;
-  while (in >> word) {
-    if (word[0] != '#') return word;
-    in.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+Result<cv::Mat> LoadGreyImage(const std::string& path) {
+  if (!std::filesystem::exists(path)) {
+    return Error{ErrorCode::kNotFound, path + ": cannot open the image of the map"};
   }
-  return "";
-}
-
-int HeaderNumber(std::istream& in) {
-  const std::string word = HeaderWord(in);
-  int value = -1;
-  std::istringstream(word) >> value;
-  return value;
-}
-
-Result<GreyImage> LoadPgm(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return Error{ErrorCode::kNotFound, path + ": cannot open the image of the map"};
-  const std::string magic = HeaderWord(in);
-  GreyImage image;
-  image.width = HeaderNumber(in);
-  image.height = HeaderNumber(in);
-  image.max_value = HeaderNumber(in);
-  const bool binary = magic == "P5";
-  if ((!binary && magic != "P2") || image.width < 1 || image.height < 1 || image.width > kMaxSide ||
-      image.height > kMaxSide || image.max_value < 1 || image.max_value > 255) {
-    return Error{ErrorCode::kBadData, path + ": not an 8-bit PGM image (P5 or P2) of a map"};
+  cv::Mat image;
+  try {
+    image = cv::imread(path, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+    image.release();  // larger than OpenCV takes
   }
-  image.pixels.resize(static_cast<size_t>(image.width) * image.height);
-  if (binary) {
-    in.get();  // the one white space after the header
-    std::vector<char> row(image.width);
-    for (int y = 0; y < image.height && in.read(row.data(), image.width); ++y) {
-      for (int x = 0; x < image.width; ++x) {
-        image.pixels[static_cast<size_t>(y) * image.width + x] = static_cast<uint8_t>(row[x]);
-      }
-    }
-  } else {
-    for (int& pixel : image.pixels) in >> pixel;
+  if (image.empty() || image.type() != CV_8U) {
+    return Error{ErrorCode::kBadData,
+                 path + ": not an 8-bit grey image (PGM, PNG), or one that is cut off"};
   }
-  if (!in) return Error{ErrorCode::kBadData, path + ": the image of the map ends too early"};
   return image;
 }
 
@@ -109,18 +71,15 @@ Result<FloorMap> LoadFloorMap(const std::string& yaml_path) {
     return Error{ErrorCode::kBadConfig,
                  yaml_path + ":" + std::to_string(std::max(0, e.mark.line) + 1) + ": " + e.msg};
   }
-  const auto image = LoadPgm(image_path);
+  const auto image = LoadGreyImage(image_path);
   if (!image) return image.error();
-  map.width = image->width;
-  map.height = image->height;
-  map.occupied.resize(image->pixels.size());
+  map.width = image->cols;
+  map.height = image->rows;
+  map.occupied.resize(image->total());
   bool any = false;
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
-      const double value =
-          static_cast<double>(
-              image->pixels[static_cast<size_t>(map.height - 1 - y) * map.width + x]) /
-          image->max_value;
+      const double value = image->at<uint8_t>(map.height - 1 - y, x) / 255.0;
       const bool occupied = (negate ? value : 1.0 - value) > occupied_thresh;
       map.occupied[map.index(x, y)] = occupied ? 1 : 0;
       any = any || occupied;

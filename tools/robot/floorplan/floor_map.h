@@ -1,5 +1,6 @@
-// A floor map in the ROS map_server format: map.yaml (image, resolution, origin, thresholds) and a
-// PGM image. The map frame is the world frame of the simulator: x right, y up in the image, metres.
+// A floor map in the ROS map_server format: map.yaml (image, resolution, origin, thresholds) and an
+// 8-bit grey image (PGM, PNG) whose white is 255. The map frame is the world frame of the
+// simulator: x right, y up in the image, metres.
 #pragma once
 
 #include <Eigen/Core>

@@ -53,11 +53,11 @@ TEST_F(FloorMapFile, BadFilesAreErrorsThatNameThem) {
   const std::string yaml = Yaml();
   EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("map.pgm: cannot open"));
   Write("map.pgm", "P5\n3 2\n255\nab");
-  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("ends too early"));
+  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("cut off"));
   Write("map.pgm", "P6\n3 2\n255\nabcdefghijklmnopqr");
-  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("not an 8-bit PGM"));
+  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("not an 8-bit grey image"));
   Write("map.pgm", "P2\n0 0\n255\n");
-  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("not an 8-bit PGM"));
+  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("not an 8-bit grey image"));
   Write("map.pgm", "P2\n2 1\n255\n254 254\n");
   EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("map without walls"));
   const std::string bad = Write("bad.yaml", "image: map.pgm\nresolution: -1\n");

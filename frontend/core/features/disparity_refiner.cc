@@ -61,47 +61,37 @@ bool Inside(const ImageBuffer& image, int x_begin, int x_end, int y_begin, int y
   return x_begin >= 0 && y_begin >= 0 && x_end <= image.width && y_end <= image.height;
 }
 
-}  // namespace
+constexpr int kStrip = kSide + 2 * kMargin + 1;
+using Strip = std::array<std::array<float, kStrip>, kSide>;
 
-std::optional<float> RefineDisparity(const ImageBuffer& left, const ImageBuffer& right, float u,
-                                     float v, float disparity) {
-  constexpr int kStrip = kSide + 2 * kMargin + 1;
-  const float u_right = u - disparity;
-  if (!(std::abs(u) < kMaxCoordinate && std::abs(v) < kMaxCoordinate &&
-        std::abs(u_right) < kMaxCoordinate)) {
-    return std::nullopt;
-  }
-  const int x = static_cast<int>(std::floor(u));
-  const int y = static_cast<int>(std::floor(v));
-  const int x_right = static_cast<int>(std::floor(u_right));
-  const float fx = u - static_cast<float>(x);
-  const float fy = v - static_cast<float>(y);
-  const int top = y - kRadius;
-  const int strip_begin = x_right - kRadius - kMargin;
-  if (!Inside(left, x - kRadius - 1, x + kRadius + 4, top, y + kRadius + 2) ||
-      !Inside(right, strip_begin, strip_begin + kStrip, top, y + kRadius + 2)) {
-    return std::nullopt;
-  }
+// The left patch and its gradient along the row: what a shift changes. Taken from the left image
+// alone, so that the noise of the right one cannot draw the fit to where interpolation blurs it.
+struct LeftPatch {
+  Patch value, gradient;
+  Eigen::Matrix4f H;  // normal equations of the fit, its prior included
+};
 
-  // The left patch and its gradient along the row: what a shift changes. Taken from the left image
-  // alone, so that the noise of the right one cannot draw the fit to where interpolation blurs it.
+// Where a patch lies in an image: its centre is (x + fx, y + fy).
+struct Corner {
+  int x, y;
+  float fx, fy;
+};
+
+LeftPatch Linearize(const ImageBuffer& left, const Corner& c) {
   const auto& [offset, weight, sum_of_weights] = Columns();
-  Patch patch;
-  Patch gradient;
-  std::array<std::array<float, kStrip>, kSide> strip;
+  LeftPatch out;
   Lanes g = Lanes::Zero(), gj = Lanes::Zero(), gg = Lanes::Zero(), ggj = Lanes::Zero(),
         ggjj = Lanes::Zero();
   for (int j = 0; j < kSide; ++j) {
     std::array<float, kSide + 4> row;
-    SampleRow(left, x - kRadius - 1, top + j, fy, &row);
-    SampleRow(right, strip_begin, top + j, fy, &strip[j]);
+    SampleRow(left, c.x - kRadius - 1, c.y - kRadius + j, c.fy, &row);
     const Eigen::Map<const Lanes> before(&row[0]), at(&row[1]), after(&row[2]), next(&row[3]);
-    patch[j] = at + fx * (after - at);
-    gradient[j] = 0.5f * ((after - before) + fx * ((next - at) - (after - before)));
+    out.value[j] = at + c.fx * (after - at);
+    out.gradient[j] = 0.5f * ((after - before) + c.fx * ((next - at) - (after - before)));
     const float w = weight[j];
     const float dj = offset[j];
-    const Lanes wg = w * weight * gradient[j];
-    const Lanes wgg = wg * gradient[j];
+    const Lanes wg = w * weight * out.gradient[j];
+    const Lanes wgg = wg * out.gradient[j];
     g += wg;
     gj += dj * wg;
     gg += wgg;
@@ -111,16 +101,22 @@ std::optional<float> RefineDisparity(const ImageBuffer& left, const ImageBuffer&
   const float h02 = (gg * offset).sum();
   const float h12 = (g * offset).sum();
   const float h23 = (ggj * offset).sum();
-  Eigen::Matrix4f H;
-  H << gg.sum(), g.sum(), h02, ggj.sum(),           //
+  out.H << gg.sum(), g.sum(), h02, ggj.sum(),       //
       g.sum(), sum_of_weights, h12, gj.sum(),       //
       h02, h12, (gg * offset.square()).sum(), h23,  //
       ggj.sum(), gj.sum(), h23, ggjj.sum();
-  if (H(0, 0) < kMinGradient * kMinGradient * H(1, 1)) return std::nullopt;
-  H(2, 2) += kSlantPrior * H(0, 0);
-  H(3, 3) += kSlantPrior * H(0, 0);
-  const Eigen::LDLT<Eigen::Matrix4f> solver(H);
+  return out;
+}
 
+// Gauss-Newton on shift, brightness and slants (Unknowns). first: where the right patch begins in
+// the strip. The shift, or none where the fit does not settle.
+std::optional<float> Fit(const LeftPatch& patch, const Strip& strip, float first) {
+  const auto& [offset, weight, sum_of_weights] = Columns();
+  const float prior = kSlantPrior * patch.H(0, 0);
+  Eigen::Matrix4f H = patch.H;
+  H(2, 2) += prior;
+  H(3, 3) += prior;
+  const Eigen::LDLT<Eigen::Matrix4f> solver(H);
   Unknowns p = Unknowns::Zero();
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const float stretch = 1 + p[2];
@@ -128,8 +124,7 @@ std::optional<float> RefineDisparity(const ImageBuffer& left, const ImageBuffer&
     for (int j = 0; j < kSide; ++j) {
       const float dj = offset[j];
       // In the strip; the right patch's first sample.
-      const float begin = u_right - static_cast<float>(strip_begin) + p[0] + p[3] * dj -
-                          stretch * static_cast<float>(kRadius);
+      const float begin = first + p[0] + p[3] * dj - stretch * static_cast<float>(kRadius);
       const float end = begin + stretch * static_cast<float>(kSide - 1);
       if (!(begin >= 0 && end >= 0 && begin < kStrip - 1 && end < kStrip - 1)) return std::nullopt;
       Lanes value = Lanes::Zero();
@@ -138,20 +133,48 @@ std::optional<float> RefineDisparity(const ImageBuffer& left, const ImageBuffer&
         const int k = static_cast<int>(at);
         value[i] = strip[j][k] + (at - static_cast<float>(k)) * (strip[j][k + 1] - strip[j][k]);
       }
-      const Lanes r = weight[j] * weight * (value + p[1] - patch[j]);
+      const Lanes r = weight[j] * weight * (value + p[1] - patch.value[j]);
       r1 += r;
-      rg += r * gradient[j];
-      rgj += dj * r * gradient[j];
+      rg += r * patch.gradient[j];
+      rgj += dj * r * patch.gradient[j];
     }
     Unknowns b(rg.sum(), r1.sum(), (rg * offset).sum(), rgj.sum());
-    b[2] += kSlantPrior * H(0, 0) * p[2];
-    b[3] += kSlantPrior * H(0, 0) * p[3];
+    b[2] += prior * p[2];
+    b[3] += prior * p[3];
     const Unknowns step = solver.solve(b);
     p -= step;
     if (!(std::abs(p[0]) <= kMaxShift)) return std::nullopt;
-    if (std::abs(step[0]) < kSettled) return disparity - p[0];
+    if (std::abs(step[0]) < kSettled) return p[0];
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<float> RefineDisparity(const ImageBuffer& left, const ImageBuffer& right, float u,
+                                     float v, float disparity) {
+  const float u_right = u - disparity;
+  if (!(std::abs(u) < kMaxCoordinate && std::abs(v) < kMaxCoordinate &&
+        std::abs(u_right) < kMaxCoordinate)) {
+    return std::nullopt;
+  }
+  const int x = static_cast<int>(std::floor(u));
+  const int y = static_cast<int>(std::floor(v));
+  const int x_right = static_cast<int>(std::floor(u_right));
+  const Corner corner{x, y, u - static_cast<float>(x), v - static_cast<float>(y)};
+  const int top = y - kRadius;
+  const int strip_begin = x_right - kRadius - kMargin;
+  if (!Inside(left, x - kRadius - 1, x + kRadius + 4, top, y + kRadius + 2) ||
+      !Inside(right, strip_begin, strip_begin + kStrip, top, y + kRadius + 2)) {
+    return std::nullopt;
+  }
+  const LeftPatch patch = Linearize(left, corner);
+  if (patch.H(0, 0) < kMinGradient * kMinGradient * patch.H(1, 1)) return std::nullopt;
+  Strip strip;
+  for (int j = 0; j < kSide; ++j) SampleRow(right, strip_begin, top + j, corner.fy, &strip[j]);
+  const auto shift = Fit(patch, strip, u_right - static_cast<float>(strip_begin));
+  if (!shift) return std::nullopt;
+  return disparity - *shift;
 }
 
 }  // namespace gw::frontend

@@ -46,91 +46,87 @@ StereoMatcher::StereoMatcher(const RectifiedCamera& camera)
     : max_disparity_(static_cast<float>(camera.bf() / camera.depth_min_m)),
       height_(camera.height) {}
 
-void StereoMatcher::Match(const StereoSide& left, const StereoSide& right,
-                          std::vector<float>* disparities) {
-  const size_t num_left = left.keypoints.size();
-  disparities->assign(num_left, -1.0f);
-  cost_.assign(num_left, -1.0f);
-
-  // Counting sort of the right keypoints by row.
+// Counting sort of the right keypoints by row.
+void StereoMatcher::SortByRow(const std::vector<OrbKeypoint>& right) {
   row_begin_.assign(static_cast<size_t>(height_) + 1, 0);
   const auto row_of = [this](const OrbKeypoint& k) {
     return static_cast<size_t>(std::clamp(static_cast<int>(std::lround(k.v)), 0, height_ - 1));
   };
-  for (const OrbKeypoint& k : right.keypoints) ++row_begin_[row_of(k) + 1];
+  for (const OrbKeypoint& k : right) ++row_begin_[row_of(k) + 1];
   for (size_t y = 0; y < static_cast<size_t>(height_); ++y) row_begin_[y + 1] += row_begin_[y];
-  by_row_.resize(right.keypoints.size());
-  for (size_t j = right.keypoints.size(); j-- > 0;) {
+  by_row_.resize(right.size());
+  for (size_t j = right.size(); j-- > 0;) {
     // Filled from the back; afterwards row_begin_[y + 1] is the begin of row y.
-    by_row_[static_cast<size_t>(--row_begin_[row_of(right.keypoints[j]) + 1])] =
-        static_cast<int>(j);
+    by_row_[static_cast<size_t>(--row_begin_[row_of(right[j]) + 1])] = static_cast<int>(j);
   }
   row_begin_.erase(row_begin_.begin());
-  row_begin_.push_back(static_cast<int>(right.keypoints.size()));
+  row_begin_.push_back(static_cast<int>(right.size()));
+}
 
-  for (size_t i = 0; i < num_left; ++i) {
-    const OrbKeypoint& k = left.keypoints[i];
-    const float max_scale =
-        left.pyramid.scale_y(std::min<int>(k.level + kMaxLevelStep, left.pyramid.num_levels() - 1));
-    const float reach = kRowTolerance * max_scale;
-    const int first_row = std::clamp(static_cast<int>(std::floor(k.v - reach)), 0, height_ - 1);
-    const int last_row = std::clamp(static_cast<int>(std::ceil(k.v + reach)), 0, height_ - 1);
-    int best_distance = kMaxHamming;
-    int best = -1;
-    for (int c = row_begin_[static_cast<size_t>(first_row)];
-         c < row_begin_[static_cast<size_t>(last_row) + 1]; ++c) {
-      const int j = by_row_[static_cast<size_t>(c)];
-      const OrbKeypoint& r = right.keypoints[static_cast<size_t>(j)];
-      if (std::abs(r.level - k.level) > kMaxLevelStep) continue;
-      const float coarser = right.pyramid.scale_y(std::max(r.level, k.level));
-      if (std::abs(r.v - k.v) > kRowTolerance * coarser) continue;
-      const float disparity = k.u - r.u;
-      if (disparity < -kRowTolerance * coarser || disparity > max_disparity_) continue;
-      const int distance =
-          HammingDistance(left.descriptors[i], right.descriptors[static_cast<size_t>(j)]);
-      if (distance < best_distance) {
-        best_distance = distance;
-        best = j;
-      }
+int StereoMatcher::MostSimilar(const StereoSide& left, size_t i, const StereoSide& right) const {
+  const OrbKeypoint& k = left.keypoints[i];
+  const float max_scale =
+      left.pyramid.scale_y(std::min<int>(k.level + kMaxLevelStep, left.pyramid.num_levels() - 1));
+  const float reach = kRowTolerance * max_scale;
+  const int first_row = std::clamp(static_cast<int>(std::floor(k.v - reach)), 0, height_ - 1);
+  const int last_row = std::clamp(static_cast<int>(std::ceil(k.v + reach)), 0, height_ - 1);
+  int best_distance = kMaxHamming;
+  int best = -1;
+  for (int c = row_begin_[static_cast<size_t>(first_row)];
+       c < row_begin_[static_cast<size_t>(last_row) + 1]; ++c) {
+    const int j = by_row_[static_cast<size_t>(c)];
+    const OrbKeypoint& r = right.keypoints[static_cast<size_t>(j)];
+    if (std::abs(r.level - k.level) > kMaxLevelStep) continue;
+    const float coarser = right.pyramid.scale_y(std::max(r.level, k.level));
+    if (std::abs(r.v - k.v) > kRowTolerance * coarser) continue;
+    const float disparity = k.u - r.u;
+    if (disparity < -kRowTolerance * coarser || disparity > max_disparity_) continue;
+    const int distance =
+        HammingDistance(left.descriptors[i], right.descriptors[static_cast<size_t>(j)]);
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = j;
     }
-    if (best < 0) continue;
-
-    const float scale = left.pyramid.scale_x(k.level);
-    const ImageBuffer& left_image = left.pyramid.level(k.level);
-    const ImageBuffer& right_image = right.pyramid.level(k.level);
-    const int x = static_cast<int>(std::lround(k.x));
-    const int y = static_cast<int>(std::lround(k.y));
-    const int start = static_cast<int>(
-        std::lround((right.keypoints[static_cast<size_t>(best)].u + 0.5f) / scale - 0.5f));
-    constexpr int kReach = kSearch + kPatchRadius;
-    if (start < kReach || start + kReach >= right_image.width) continue;
-    std::array<int, 2 * kSearch + 1> cost;
-    for (int s = -kSearch; s <= kSearch; ++s) {
-      cost[s + kSearch] = PatchDifference(left_image, x, y, right_image, start + s, y);
-    }
-    const auto minimum = std::min_element(cost.begin(), cost.end());
-    if (minimum == cost.begin() || minimum == cost.end() - 1) continue;
-    // Two lines of opposite slope through the minimum and its neighbours: the shape of a sum of
-    // absolute differences.
-    const auto before = static_cast<float>(minimum[-1]);
-    const auto at = static_cast<float>(minimum[0]);
-    const auto after = static_cast<float>(minimum[1]);
-    const float slope = std::max(before, after) - at;
-    const float step = slope > 0 ? 0.5f * (before - after) / slope : 0.0f;
-    const float x_right =
-        static_cast<float>(start - kSearch + static_cast<int>(minimum - cost.begin())) + step;
-    const std::optional<float> refined =
-        RefineDisparity(left.pyramid.level(0), right.pyramid.level(0), k.u, k.v,
-                        (static_cast<float>(x) - x_right) * scale);
-    if (!refined) continue;
-    const float disparity = *refined;
-    if (disparity > max_disparity_) continue;
-    // A far point's disparity may come out slightly below zero.
-    if (disparity < -scale) continue;
-    (*disparities)[i] = std::max(disparity, 0.0f);
-    cost_[i] = at;
   }
+  return best;
+}
 
+std::optional<StereoMatcher::Measured> StereoMatcher::Measure(const StereoSide& left,
+                                                              const OrbKeypoint& k,
+                                                              const StereoSide& right,
+                                                              const OrbKeypoint& partner) const {
+  const float scale = left.pyramid.scale_x(k.level);
+  const ImageBuffer& left_image = left.pyramid.level(k.level);
+  const ImageBuffer& right_image = right.pyramid.level(k.level);
+  const int x = static_cast<int>(std::lround(k.x));
+  const int y = static_cast<int>(std::lround(k.y));
+  const int start = static_cast<int>(std::lround((partner.u + 0.5f) / scale - 0.5f));
+  constexpr int kReach = kSearch + kPatchRadius;
+  if (start < kReach || start + kReach >= right_image.width) return std::nullopt;
+  std::array<int, 2 * kSearch + 1> cost;
+  for (int s = -kSearch; s <= kSearch; ++s) {
+    cost[s + kSearch] = PatchDifference(left_image, x, y, right_image, start + s, y);
+  }
+  const auto minimum = std::min_element(cost.begin(), cost.end());
+  if (minimum == cost.begin() || minimum == cost.end() - 1) return std::nullopt;
+  // Two lines of opposite slope through the minimum and its neighbours: the shape of a sum of
+  // absolute differences.
+  const auto before = static_cast<float>(minimum[-1]);
+  const auto at = static_cast<float>(minimum[0]);
+  const auto after = static_cast<float>(minimum[1]);
+  const float slope = std::max(before, after) - at;
+  const float step = slope > 0 ? 0.5f * (before - after) / slope : 0.0f;
+  const float x_right =
+      static_cast<float>(start - kSearch + static_cast<int>(minimum - cost.begin())) + step;
+  const std::optional<float> disparity =
+      RefineDisparity(left.pyramid.level(0), right.pyramid.level(0), k.u, k.v,
+                      (static_cast<float>(x) - x_right) * scale);
+  // A far point's disparity may come out slightly below zero.
+  if (!disparity || *disparity > max_disparity_ || *disparity < -scale) return std::nullopt;
+  return Measured{std::max(*disparity, 0.0f), at};
+}
+
+void StereoMatcher::RemoveOutliers(std::vector<float>* disparities) {
   sorted_cost_.clear();
   for (const float c : cost_) {
     if (c >= 0) sorted_cost_.push_back(c);
@@ -139,9 +135,27 @@ void StereoMatcher::Match(const StereoSide& left, const StereoSide& right,
   const auto median = sorted_cost_.begin() + static_cast<ptrdiff_t>(sorted_cost_.size() / 2);
   std::nth_element(sorted_cost_.begin(), median, sorted_cost_.end());
   const float limit = kOutlierFactor * *median;
-  for (size_t i = 0; i < num_left; ++i) {
+  for (size_t i = 0; i < cost_.size(); ++i) {
     if (cost_[i] > limit) (*disparities)[i] = -1.0f;
   }
+}
+
+void StereoMatcher::Match(const StereoSide& left, const StereoSide& right,
+                          std::vector<float>* disparities) {
+  const size_t num_left = left.keypoints.size();
+  disparities->assign(num_left, -1.0f);
+  cost_.assign(num_left, -1.0f);
+  SortByRow(right.keypoints);
+  for (size_t i = 0; i < num_left; ++i) {
+    const int best = MostSimilar(left, i, right);
+    if (best < 0) continue;
+    const auto measured =
+        Measure(left, left.keypoints[i], right, right.keypoints[static_cast<size_t>(best)]);
+    if (!measured) continue;
+    (*disparities)[i] = measured->disparity;
+    cost_[i] = measured->cost;
+  }
+  RemoveOutliers(disparities);
 }
 
 }  // namespace gw::frontend

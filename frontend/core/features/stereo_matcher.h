@@ -2,6 +2,7 @@
 // descriptor, then a sub-pixel comparison of patches.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "common/camera/camera_model.h"
@@ -28,6 +29,20 @@ class StereoMatcher {
   void Match(const StereoSide& left, const StereoSide& right, std::vector<float>* disparities);
 
  private:
+  struct Measured {
+    float disparity;  // px of level 0, not below zero
+    float cost;       // difference of the patches
+  };
+
+  void SortByRow(const std::vector<OrbKeypoint>& right);
+  // The right keypoint that looks most like the i-th left one, on its rows; -1: none.
+  int MostSimilar(const StereoSide& left, size_t i, const StereoSide& right) const;
+  // The disparity of a left keypoint, from the images around it and its partner.
+  std::optional<Measured> Measure(const StereoSide& left, const OrbKeypoint& k,
+                                  const StereoSide& right, const OrbKeypoint& partner) const;
+  // Patches that differ far more than most were wrong pairs.
+  void RemoveOutliers(std::vector<float>* disparities);
+
   float max_disparity_;
   int height_;
   std::vector<int> row_begin_;  // of by_row_, per row of the right image; one more at the end

@@ -7,9 +7,9 @@
 namespace gw::frontend {
 namespace {
 
-// Windows that contradict are many standard deviations off, in the mean of the six axes: faults of
-// the kind looked for (a wrong unit, frame or factor) are off by tens of them, honest noise is not
-// off by this in 10^-15 of the windows, and noise that is claimed three times too small is not.
+// Windows that contradict are many standard deviations off in one of the axes: faults of the kind
+// looked for (a wrong unit, frame or factor) are off by tens of them, honest noise is off by this
+// in one window of a million, and not in several in a row.
 constexpr double kContradictionSigmas = 5;
 // A slip that the DR filter has not noticed lasts a second or so.
 constexpr int kContradicting = 3;  // windows
@@ -30,7 +30,7 @@ void DrTrust::Judge(const DrEvidence& evidence) {
   const Vector6d error = (evidence.T_dr.inverse() * evidence.T_vision).Log();
   const Matrix6d S = evidence.cov_dr + evidence.cov_vision;
   const Vector6d ratio = error.cwiseAbs2().cwiseQuotient(S.diagonal());
-  const bool contradicts = ratio.mean() > kContradictionSigmas * kContradictionSigmas;
+  const bool contradicts = ratio.maxCoeff() > kContradictionSigmas * kContradictionSigmas;
   const bool moved = evidence.T_vision.translation().norm() > kMovedWay ||
                      LogSO3(evidence.T_vision.rotation()).norm() > kMovedTurn;
   contradicting_ = contradicts ? contradicting_ + 1 : 0;

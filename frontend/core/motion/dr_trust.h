@@ -6,10 +6,11 @@
 //
 // is what DR and vision together expect it to be when e_i^2 / S_ii is 1 in the mean. What DR claims
 // is scaled by what it does: each axis by the mean of that ratio, where it is above 1. And DR whose
-// errors are far beyond its claims in window after window is distrusted, until it agrees again: a
-// wrong frame, sign, unit or scale, a stuck heading, another clock. While it is distrusted, healthy
-// vision goes on without it; without vision it is still the best there is, with the noise it has
-// shown. Until it has shown anything, its nominal noise stands beside what it claims (Weighted).
+// errors along an axis are far beyond its claims in window after window is distrusted, until it
+// agrees again: a wrong frame, sign, unit or scale, a stuck heading, another clock. While it is
+// distrusted, healthy vision goes on without it; without vision it is still the best there is, with
+// the noise it has shown. Until it has shown anything, its nominal noise stands beside what it
+// claims (Weighted).
 #pragma once
 
 #include "common/core/se3.h"
@@ -40,8 +41,9 @@ class DrTrust {
   // The noise that DR has shown, given what it claims. Body axes.
   DrNoise Shown(const DrNoise& claimed) const;
 
-  // Sigma_d of the weighting: from the larger of nominal and shown covariance, while nothing has
-  // been shown, to the shown covariance. Any axes, the same for all three.
+  // Sigma_d of the prior of an image: the larger of nominal and shown covariance, where the nominal
+  // sigma falls with the number n of windows in which DR has shown what it does, as 5 / (5 + n).
+  // Any axes, the same for all three.
   Matrix6d Weighted(const Matrix6d& nominal, const Matrix6d& shown) const;
 
  private:

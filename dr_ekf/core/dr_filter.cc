@@ -80,6 +80,7 @@ void DrFilter::FindInState(const FilterState& state) {
     if (is && found_in_state_.insert(diagnosis).second) Find(diagnosis);
   };
   once(state.heading_stuck, DrDiagnosis::kHeadingStuck);
+  once(state.counters.parted > 0, DrDiagnosis::kParted);
   once(state.accel_unfit, DrDiagnosis::kAccelUnfit);
   once(state.wheel_turn_stuck, DrDiagnosis::kWheelTurnStuck);
   once(std::abs(state.yaw_scale - 1) > kOtherTrack &&

@@ -38,7 +38,6 @@ struct DrCounters {
   int64_t rejected_absurd = 0;         // faster than any such robot or sensor
   int64_t resets = 0;                  // continuity was lost: gap, clock step, numerical failure
   int64_t wheels_waited = 0;  // joined the next one: stamps too close, equal or back; also used
-  int64_t parted = 0;         // the watchdog found filter and wheels apart
   StepCounters step;
 };
 

@@ -84,6 +84,10 @@ class DrModel {
   // Largest error of a sum (0: way, 1: turn) that stamps in the right order can make, twice.
   double LargestTimeError(int sum, double dt, const FilterState& state) const;
 
+  // The newest sum is off by as much as this innovation says, which is then within one sigma.
+  void DoubtSum(int sum, double innovation, const Eigen::Matrix<double, 1, kErrorSize>& H,
+                double noise, FilterState& state) const;
+
   // dr_model_yaw.cc
   // Of one wheel interval against the motion of the filter since the clone.
   struct YawInnovation {
@@ -124,6 +128,8 @@ class DrModel {
   void UpdateWay(const WheelSample& sample, FilterState& state) const;
   WayInnovation InnovateWay(const WheelSample& sample, const FilterState& state) const;
   void CorrectWay(WayInnovation in, FilterState& state) const;
+  // Over kWatchMemory without slip the filter's way is that of the wheels.
+  void WatchWay(const WayInnovation& in, double sums, FilterState& state) const;
   void DefineWay(const WheelSample& sample, WayInnovation in, FilterState& state) const;
 
   // dr_model_floor.cc

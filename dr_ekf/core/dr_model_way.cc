@@ -102,7 +102,8 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
       case SlipGate::Verdict::kOutlier:
         // Forward: a sum that is off now; what is off for good shows in the next ones.
         if (axis == 0) {
-          state.P(kNewSum, kNewSum) += (excess - 1) * (interval.variance + sums);
+          const double known = state.new_sum[0] - state.clone_sum[0];
+          DoubtSum(0, in.residual.x() - known, in.H.row(0), in.noise.x(), state);
         } else {
           in.noise[axis] += (excess - 1) * interval.variance;
         }
@@ -114,12 +115,30 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   }
   if (!state.forward_gate.rejecting) state.accel_noise.Add(state.forward_gate.normalised, in.dt);
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
-  const double scale_before = state.wheel_scale;
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
-  if (state.accel_unfit) state.wheel_scale = scale_before;
+  if (!state.slip) WatchWay(in, sums, state);
   if (std::abs(state.wheel_scale - 1) > kMostScaleSigmas * config_.wheel_scale_sigma) {
     FindUnfit(state);
   }
+}
+
+void DrModel::WatchWay(const WayInnovation& in, double sums, FilterState& state) const {
+  const SE3 T_ab = MotionSinceClone(state);
+  const Eigen::Quaterniond half_back = ExpSO3(-0.5 * LogSO3(T_ab.rotation()));
+  SlipGate::Interval interval;
+  interval.innovation = in.way.x() - (half_back * T_ab.translation()).x();
+  interval.variance = WayVariance(in.way.x());
+  interval.sum_error = sums;
+  interval.least = std::max(kLeastSlip, LargestTimeError(0, in.dt, state));
+  interval.utime = state.utime;
+  interval.dt = in.dt;
+  double excess = 0;
+  if (state.way_watch.Judge(interval, config_.gate_sigma, &excess) != SlipGate::Verdict::kSlip) {
+    return;
+  }
+  state.way_watch = {.memory = kWatchMemory};
+  ++state.counters.parted;
+  DoubtAccelerometer(0, kSpeedSlack, state);
 }
 
 void DrModel::DefineWay(const WheelSample& sample, WayInnovation in, FilterState& state) const {

@@ -70,6 +70,12 @@ Eigen::Matrix2d DrModel::SumCovariance(bool has_ticks, const FilterState& state)
   return cov;
 }
 
+void DrModel::DoubtSum(int sum, double innovation, const Eigen::Matrix<double, 1, kErrorSize>& H,
+                       double noise, FilterState& state) const {
+  const double expected = (H * state.P * H.transpose())(0) + noise;
+  state.P(kNewSum + sum, kNewSum + sum) += std::max(0.0, Square(innovation) - expected);
+}
+
 double DrModel::LargestTimeError(int sum, double dt, const FilterState& state) const {
   return std::abs(Speeds(state)[sum]) * std::max(dt, wheel_period_s_);
 }

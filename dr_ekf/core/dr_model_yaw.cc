@@ -169,7 +169,8 @@ double DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation& in,
   if (!track_known) return excess;
   if (verdict == SlipGate::Verdict::kOutlier) {
     // A sum that is off now. What is off for good shows in the next ones.
-    state.P(kNewSum + 1, kNewSum + 1) += (excess - 1) * (interval.variance + interval.sum_error);
+    const double known = state.new_sum[1] - state.clone_sum[1];
+    DoubtSum(1, in.residual - known, in.H, in.noise, state);
     return 1;
   }
   if (sample.utime - state.yaw_gate.rejecting_since > DurationFromSeconds(kMaxYawRejection)) {

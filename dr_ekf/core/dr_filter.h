@@ -96,6 +96,8 @@ class DrFilter {
   // Whether to go on with a sample of (begin, utime]; restarts after a confirmed jump ahead.
   bool CheckTime(Utime begin, Utime utime, std::optional<Utime>& suspect);
   void Restart(Utime utime);
+  void GoOnWithoutImu(Utime utime);
+  void RestartFrom(FilterState state, Utime utime);
   // A sample older than the history. True: so are all for half a second of their own time, and the
   // filter began anew at `begin`.
   bool TakeLate(Utime begin, Utime utime);

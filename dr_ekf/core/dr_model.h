@@ -25,6 +25,8 @@ class DrModel {
   FilterState Initial(Utime utime) const;
   // After a break of unknown motion: pose kept, its covariance widened, counter moved on.
   FilterState Restarted(const FilterState& before, Utime utime) const;
+  // Likewise of a filter whose IMU turned out to be useless; this model has none. T_OB: of before.
+  FilterState RestartedWithoutImu(const FilterState& before, const SE3& T_OB, Utime utime) const;
 
   // Samples carry camera time (offsets removed) and are newer than, or as old as, the state.
   void ApplyImu(const ImuSample& sample, FilterState& state) const;

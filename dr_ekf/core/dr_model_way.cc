@@ -64,22 +64,18 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
 
 void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
   const WayInnovation in = InnovateWay(sample, state);
-  const Eigen::Vector2d speeds = Speeds(state);
   if (!state.way_unmeasured) {
     CorrectWay(in, state);
   } else {
-    DefineWay(sample, in, state);
-  }
-  if (state.slip) {
     state.stamp_error.Break();
-  } else if (!state.way_unmeasured) {
-    state.stamp_error.Add(in.residual.x(), speeds[0], 0, 0, in.dt);
+    DefineWay(sample, in, state);
   }
   UpdateHeight(in.measured.norm(), state);
 }
 
 void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
-  const double sums = std::max(state.P(kNewSum, kNewSum), state.P(kCloneSum, kCloneSum));
+  const double sums = state.P(kNewSum, kNewSum);  // as expected, not as doubted later
+  const double speed = Speeds(state)[0];
   Eigen::Matrix<double, 3, kErrorSize> H_own = in.H;
   H_own.rightCols<4>().setZero();
   if (state.slip) in.noise.head<2>() *= kSlipVarianceFactor;
@@ -114,9 +110,15 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
     }
   }
   if (!state.forward_gate.rejecting) state.accel_noise.Add(state.forward_gate.normalised, in.dt);
+  const double raw = in.residual.x();
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
-  if (!state.slip) WatchWay(in, sums, state);
+  if (state.slip) {
+    state.stamp_error.Break();
+  } else {
+    state.stamp_error.Add(raw, own(0, 0) + in.noise.x(), speed, in.dt);
+    WatchWay(in, sums, state);
+  }
   if (std::abs(state.wheel_scale - 1) > kMostScaleSigmas * config_.wheel_scale_sigma) {
     FindUnfit(state);
   }

@@ -149,8 +149,7 @@ double DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation& in,
   interval.innovation = in.residual;
   interval.variance = in.noise + in.predicted;
   interval.coherent[0] = in.turn * std::sqrt(state.P(kYawScale, kYawScale));
-  interval.sum_error =
-      std::max(state.P(kNewSum + 1, kNewSum + 1), state.P(kCloneSum + 1, kCloneSum + 1));
+  interval.sum_error = state.P(kNewSum + 1, kNewSum + 1);
   interval.least = std::max(kLeastSlipTurn, LargestTimeError(1, in.dt, state));
   interval.utime = sample.utime_begin;
   interval.dt = in.dt;

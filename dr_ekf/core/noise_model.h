@@ -25,6 +25,8 @@ inline constexpr double kMostYawScale = 4.0;
 // is known what this robot is (see NoiseFactor): three and ten times the sigma.
 inline constexpr double kTurnNoisePrior = 9;
 inline constexpr double kAccelNoisePrior = 100;
+// Below this factor the accelerometer agrees with the wheels: twice the sigma it is said to have.
+inline constexpr double kAgreeingNoise = 4;
 // The wheels' turn can tell of slip where the track is known this well, and is what it is said to
 // be: tyres that slide in every turn (skid steer: a factor of two) cannot.
 inline constexpr double kKnownTrackSigma = 0.1;

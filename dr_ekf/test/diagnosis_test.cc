@@ -208,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(Jumps, DrClock,
                          testing::Values(Jump{"back_10s", -10'000'000, true},
                                          Jump{"back_50ms", -50'000, false},
                                          Jump{"ahead_1h", 3'600'000'000, true},
-                                         Jump{"ahead_5s", 5'000'000, true}),
+                                         Jump{"ahead_5s", 5'000'000, false}),
                          [](const auto& test) { return test.param.name; });
 
 TEST_P(DrClock, AJumpIsARestartWithinASecondAndNamed) {
@@ -243,11 +243,10 @@ TEST_P(DrClock, AJumpIsARestartWithinASecondAndNamed) {
     }
     EXPECT_LT(longest_silence, 1.0);
     EXPECT_LT(now - last_state, 0.1);
-    if (!GetParam().restarts) {
+    if (!GetParam().restarts) {  // a few seconds ahead: all were silent, and the wheels bridge it
       EXPECT_EQ(last.reset_counter, 0u);
       continue;
     }
-    if (GetParam().us == 5'000'000 && !r.calibration.imu.present) continue;  // a silent base
     EXPECT_EQ(last.reset_counter, 1u);
     const DrDiagnosis expected =
         GetParam().us < 0 ? DrDiagnosis::kTimeWentBack : DrDiagnosis::kTimeJumpedAhead;

@@ -199,7 +199,6 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
   const DurationUs offset = DurationFromSeconds(calibration_.wheel.time_offset_s);
   sample.utime = sample.utime - offset;
   sample.utime_begin = sample.utime_begin - offset;
-  const bool imu_was_usable = imu_check_.usable();
   imu_check_.Take(sample);
   const WheelChain::Link link = chain_.Add(sample);
   if (link.fate == WheelChain::Fate::kAbsurd) {
@@ -216,7 +215,7 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
     ++counters_.rejected_non_monotonic;
     return Finish(false);
   }
-  if (imu_was_usable && !imu_check_.usable() && !history_.empty()) {
+  if (calibration_.imu.present && !imu_check_.usable() && !history_.empty()) {
     GoOnWithoutImu(sample.utime_begin);
   }
   // An interval that goes on where the history ends bridges the time between by itself.

@@ -106,6 +106,7 @@ FilterState DrModel::RestartedWithoutImu(const FilterState& before, const SE3& T
   wheels.T_OS = SE3(Eigen::Quaterniond(heading), T_OB.translation()) * T_BS_;
   wheels.yaw_scale = 1;  // it was compared with a gyro that is not believed
   wheels.wheel_scale = 1;
+  wheels.climb = 0;
   FilterState state = Restarted(wheels, utime);
   state.P = Initial(utime).P;
   const Matrix6d pose = before.P.block<6, 6>(kPose, kPose);
@@ -197,6 +198,7 @@ void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   state.has_heading = sample.has_heading;
   state.heading = sample.heading_rad;
   ClonePose(sample.utime, state);
+  state.clone_speed = Speeds(state)[0];
   UpdateStationary(sample.utime, state);
 }
 

@@ -30,7 +30,7 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
                 Vector3d(sample.dx_m, sample.dy_m, 0);
   const Vector3d own = half_back * T_ab.translation();
   in.way = state.wheel_scale * in.measured;
-  in.way.z() = state.climb * in.way.x();
+  if (state.aligned) in.way.z() = state.climb * in.way.x();
   in.residual = in.way - own;
 
   // Derivative of the filter's own way with the motion since the clone, then with both poses.
@@ -83,11 +83,17 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   const double up = own(2, 2) + in.noise.z();
   const double excess_up = Square(in.residual.z()) / (Square(config_.gate_sigma) * up);
   if (excess_up > 1) in.noise.z() += excess_up * up;  // a bump, not slip
+  state.speed_change =
+      std::exp(-in.dt / state.forward_gate.memory) * state.speed_change + speed - state.clone_speed;
+  // Where it agrees with the wheels the accelerometer is as good as it is said to be.
+  const double noise_factor =
+      state.accel_noise.value() > kAgreeingNoise ? state.accel_noise.value() : 1.0;
   for (const int axis : {0, 1}) {
     SlipGate::Interval interval;
     interval.innovation = in.residual[axis];
-    interval.variance = state.accel_noise.value() * own(axis, axis) + in.noise[axis];
+    interval.variance = noise_factor * own(axis, axis) + in.noise[axis];
     interval.sum_error = axis == 0 ? sums : 0;
+    if (axis == 0) interval.coherent[1] = kAccelShare * state.speed_change * in.dt;
     interval.least = axis == 0 ? LargestTimeError(0, in.dt, state) : 0;
     interval.utime = state.utime;
     interval.dt = in.dt;

@@ -50,10 +50,8 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   const Eigen::Matrix<double, kErrorSize, kRows> PHt = state.P * H.transpose();
   const Eigen::Matrix<double, kRows, kRows> S = H * PHt + R;
   Eigen::Matrix<double, kErrorSize, kRows> K = S.ldlt().solve(PHt.transpose()).transpose();
-  // The accelerometer tells the wheels' scale once it is seen to agree with them.
-  if (state.accel_unfit || state.accel_noise.value() > kAgreeingNoise) {
-    K.row(kWheelScale).setZero();
-  }
+  // An unfit accelerometer, and what hangs together with it, tells nothing of the wheels' scale.
+  if (state.accel_unfit) K.row(kWheelScale).setZero();
   if (hold) {
     K.template topRows<9>().setZero();
     K.template bottomRows<kErrorSize - kClone>().setZero();

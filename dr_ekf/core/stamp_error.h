@@ -29,13 +29,16 @@ struct StampError {
   static constexpr double kPriorShare = 0.05;
   static constexpr double kPriorWeight = 5 * 0.04;  // m^2/s^2: five samples at 0.2 m/s
 
+  // What is not known of the noise itself is no time error.
+  static constexpr double kModelSlack = 1.5;
+
   // An innovation of one interval (wheels minus what measures the way besides them), the variance
   // it has without time errors, and the speed.
   void Add(double innovation, double variance, double speed, double dt) {
     const double forget = std::exp(-dt / kMemory);
     if (has_last) {
       opposed = forget * opposed - innovation * last;
-      surplus = forget * surplus + 0.5 * (innovation * innovation - variance);
+      surplus = forget * surplus + 0.5 * (innovation * innovation - kModelSlack * variance);
       speed2 = forget * speed2 + speed * speed;
     }
     last = innovation;

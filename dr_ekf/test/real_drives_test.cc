@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "common/contract/dr_history.h"
 #include "dr_ekf/test/drive_report.h"
 
 namespace gw::dr_ekf {
@@ -55,6 +56,64 @@ TEST_P(WheelsAlone, AreNoWorseThanTheirSum) {
   EXPECT_NEAR(report.way_dr, report.way_raw, 0.01 * std::abs(report.way_raw));
   EXPECT_EQ(report.slips, 0);
   EXPECT_EQ(report.counters.resets, 0);
+}
+
+// Share of the windows whose error is in the 95 % band of what the published covariance says, in
+// the plane. The reference counts with the errors that its maker states or that its steps show.
+struct Honesty {
+  int windows = 0, inside = 0, above = 0;
+  double share() const { return windows == 0 ? 0 : static_cast<double>(inside) / windows; }
+};
+
+Honesty NeesOf(const RealDrive& drive, const DriveReport& report, double window_s,
+               double truth_sigma_m, double truth_sigma_rad) {
+  DrHistory history(Milliseconds(100'000'000));
+  for (const DrState& s : report.states) history.Push(s);
+  Honesty out;
+  size_t j = 0;
+  for (size_t i = 0; i < drive.truth.size(); i = std::max(i + 1, j)) {
+    j = i;
+    const Utime a = drive.truth[i].utime;
+    while (j < drive.truth.size() && (drive.truth[j].utime - a).seconds() < window_s) ++j;
+    if (j >= drive.truth.size()) break;
+    const Utime b = drive.truth[j].utime;
+    if ((b - a).seconds() > 1.5 * window_s + 3) continue;
+    const auto increment = history.Increment(a, b, {0});
+    if (!increment) continue;
+    const SE3 truth = drive.truth[i].T.inverse() * drive.truth[j].T;
+    if (truth.translation().norm() < 0.02 * window_s) continue;  // parked
+    const Vector6d error = (increment->T_BaBb.inverse() * truth).Log();
+    Eigen::Matrix3d cov;
+    Eigen::Vector3d e;
+    const int axes[3] = {0, 1, 5};
+    for (int r = 0; r < 3; ++r) {
+      e[r] = error[axes[r]];
+      for (int c = 0; c < 3; ++c) cov(r, c) = increment->cov(axes[r], axes[c]);
+    }
+    cov.diagonal() +=
+        Eigen::Vector3d(2 * truth_sigma_m * truth_sigma_m, 2 * truth_sigma_m * truth_sigma_m,
+                        2 * truth_sigma_rad * truth_sigma_rad);
+    const double nees = e.dot(cov.ldlt().solve(e));
+    ++out.windows;
+    out.inside += nees > 0.216 && nees < 9.348;
+    out.above += nees >= 9.348;
+  }
+  return out;
+}
+
+TEST_P(WheelsAlone, SayHowWrongTheyMayBe) {
+  const auto folder = FindRecording(GetParam().name);
+  if (!folder) GTEST_SKIP() << "no recording " << GetParam().name;
+  const bool carmen = fs::exists(*folder / "laser_pose.txt");
+  const RealDrive drive = carmen ? ReadOdometryAlone(*folder, "odom_raw.txt", "laser_pose.txt")
+                                 : ReadOdometryAlone(*folder, "odom.txt", "groundtruth.txt");
+  const DriveReport report = RunDrive(drive);
+  for (const double window_s : {1.0, 5.0, 20.0}) {
+    const Honesty h = NeesOf(drive, report, window_s, carmen ? 0.03 : 0.01, carmen ? 0.01 : 0.003);
+    std::printf("%s, %2.0f s: %d windows, %.0f %% inside the band, %.0f %% above\n",
+                GetParam().name, window_s, h.windows, 100 * h.share(),
+                h.windows == 0 ? 0.0 : 100.0 * h.above / h.windows);
+  }
 }
 
 class Rendered : public testing::TestWithParam<Folder> {};

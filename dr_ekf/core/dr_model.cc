@@ -188,6 +188,8 @@ void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   EndSlip(state);
   state.has_wheel = true;
   state.wheel_utime = sample.utime;
+  state.scale_untold =
+      state.stamp_error.Variance(wheel_period_s_) > Square(kMostTimeError * wheel_period_s_);
   if (!state.stationary && state.has_clone && state.clone_utime == sample.utime_begin) {
     BeginSum(SumCovariance(sample.has_ticks, state), state);
     UpdateYaw(sample, state);
@@ -198,7 +200,6 @@ void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   state.has_heading = sample.has_heading;
   state.heading = sample.heading_rad;
   ClonePose(sample.utime, state);
-  state.clone_speed = Speeds(state)[0];
   UpdateStationary(sample.utime, state);
 }
 

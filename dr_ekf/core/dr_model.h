@@ -111,8 +111,10 @@ class DrModel {
   // Likewise wheels whose heading does not change while they drive and the gyro turns.
   bool WheelTurnMayBeUsed(const WheelSample& sample, double own_turn, double dt,
                           FilterState& state) const;
-  // Factor on the noise of the wheels' turn; 0: it is slip, and not to be used.
-  double JudgeYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
+  // What the wheels' turn may tell: all, only the track (which is not known, or is another than the
+  // one of a base that rolls), or nothing (slip).
+  enum class YawUse { kAll, kTrack, kNone };
+  YawUse JudgeYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
   // Over kWatchMemory without slip the turns of wheels and gyro agree as far as bias and scales are
   // known, or these are doubted.
   void WatchYaw(const YawInnovation& in, SlipGate::Interval interval, FilterState& state) const;

@@ -41,7 +41,7 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
   in.H.block<3, 6>(0, kClone) = -J * T_ab.inverse().Adjoint() * adj_BS_;
 
   const auto noise_of = [&](double driven) {
-    const double side = SideVariance(driven, angle.z());
+    const double side = SideVariance(driven, angle.z()) + Square(kWayFloor);
     return Vector3d(WayVariance(driven), side, side);
   };
   // Sensitivity to the scale, and size of the noise: of the wheels and the filter combined (see
@@ -83,8 +83,6 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   const double up = own(2, 2) + in.noise.z();
   const double excess_up = Square(in.residual.z()) / (Square(config_.gate_sigma) * up);
   if (excess_up > 1) in.noise.z() += excess_up * up;  // a bump, not slip
-  state.speed_change =
-      std::exp(-in.dt / state.forward_gate.memory) * state.speed_change + speed - state.clone_speed;
   // Where it agrees with the wheels the accelerometer is as good as it is said to be.
   const double noise_factor =
       state.accel_noise.value() > kAgreeingNoise ? state.accel_noise.value() : 1.0;
@@ -93,7 +91,6 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
     interval.innovation = in.residual[axis];
     interval.variance = noise_factor * own(axis, axis) + in.noise[axis];
     interval.sum_error = axis == 0 ? sums : 0;
-    if (axis == 0) interval.coherent[1] = kAccelShare * state.speed_change * in.dt;
     interval.least = axis == 0 ? LargestTimeError(0, in.dt, state) : 0;
     interval.utime = state.utime;
     interval.dt = in.dt;

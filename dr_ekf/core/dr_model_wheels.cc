@@ -8,16 +8,8 @@
 #include "dr_ekf/core/noise_model.h"
 
 namespace gw::dr_ekf {
-namespace {
 
 using Eigen::Vector3d;
-
-// Wheels at rest still let the body rock by this much between two samples. It comes back: an error
-// of the sums.
-constexpr double kWayFloor = 1e-4;  // m
-constexpr double kYawFloor = 1e-4;  // rad
-
-}  // namespace
 
 void DrModel::ApplySpeedPrior(double dt, FilterState& state) const {
   Eigen::Matrix<double, 3, kErrorSize> H = Eigen::Matrix<double, 3, kErrorSize>::Zero();

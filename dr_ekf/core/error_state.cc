@@ -50,11 +50,15 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   const Eigen::Matrix<double, kErrorSize, kRows> PHt = state.P * H.transpose();
   const Eigen::Matrix<double, kRows, kRows> S = H * PHt + R;
   Eigen::Matrix<double, kErrorSize, kRows> K = S.ldlt().solve(PHt.transpose()).transpose();
-  // An unfit accelerometer, and what hangs together with it, tells nothing of the wheels' scale.
-  if (state.accel_unfit) K.row(kWheelScale).setZero();
+  // An unfit accelerometer, or bad stamps, tell nothing of the wheels' scale.
+  if (state.accel_unfit || state.scale_untold) K.row(kWheelScale).setZero();
   if (hold) {
     K.template topRows<9>().setZero();
     K.template bottomRows<kErrorSize - kClone>().setZero();
+  } else if (mode == PoseUpdate::kTrackOnly) {
+    const Eigen::Matrix<double, 1, kRows> track = K.row(kYawScale);
+    K.setZero();
+    K.row(kYawScale) = track;
   } else if (mode == PoseUpdate::kDefine) {
     K.template middleRows<kClone - kGyroBias>(kGyroBias).setZero();
   } else if (state.has_clone) {

@@ -22,13 +22,12 @@ inline constexpr double kYawScalePrior = 1.0;
 inline constexpr double kLeastYawScale = 0.25;
 inline constexpr double kMostYawScale = 4.0;
 // Factors on the variance of the wheels' turn per angle and of the accelerometer's way, before it
-// is known what this robot is (see NoiseFactor): three and ten times the sigma.
-inline constexpr double kTurnNoisePrior = 9;
-inline constexpr double kAccelNoisePrior = 100;
-// A body pitches when it brakes, filters are late, scales are off: an accelerometer is wrong by
-// about this share of each change of speed. Slip is a change of speed that one of the two has not
-// at all.
-inline constexpr double kAccelShare = 0.15;
+// is known what this robot is (see NoiseFactor): two and five times the sigma.
+inline constexpr double kTurnNoisePrior = 4;
+inline constexpr double kAccelNoisePrior = 25;
+// Stamps that are off by more than this share of their period cannot weigh the wheels' scale:
+// slowly changing time errors look like one.
+inline constexpr double kMostTimeError = 0.25;
 // Below this factor the accelerometer agrees with the wheels: twice the sigma it is said to have.
 inline constexpr double kAgreeingNoise = 4;
 // The wheels' turn can tell of slip where the track is known this well, and is what it is said to
@@ -45,6 +44,11 @@ inline constexpr double kClimbPrior = 0.02;
 // The scales of wheels and gyro drift this slowly (temperature, tyre wear, payload): 0.04 % in an
 // hour.
 inline constexpr double kScaleWalk = 6e-6;  // 1/sqrt(s)
+
+// Wheels at rest still let the body rock by this much between two samples. Along the way it comes
+// back: an error of the sums.
+inline constexpr double kWayFloor = 1e-4;  // m
+inline constexpr double kYawFloor = 1e-4;  // rad
 
 // Sideways (and vertical) motion is white per way: scrub of the tyres, thresholds. A sideways
 // velocity stays for about this long.

@@ -82,9 +82,6 @@ TEST_P(DrParked, AnHourMovesThePoseByMillimetresAndLessThanATenthOfADegree) {
   std::printf("drift in an hour: %.4f mm, heading %.5f deg, tilt %.5f deg; %lld states not held\n",
               1000 * drift.head<3>().norm(), std::abs(drift[5]) * 180 / M_PI,
               drift.segment<2>(3).norm() * 180 / M_PI, static_cast<long long>(moving));
-  const DrCounters n = filter.Push(FramePose{}).counters;
-  std::printf("XX gated %d outl yaw %d slips %d parted %d\n", (int)n.step.gated_wheel_way,
-              (int)n.step.gated_wheel_yaw, (int)n.step.slips, (int)n.step.parted);
   EXPECT_TRUE(last.stationary);
   // An accelerometer integrates each shake; 0.3 mm for each of eleven.
   EXPECT_LT(drift.head<3>().norm(), calibration.imu.has_accel ? 3.3e-3 : 1e-3);

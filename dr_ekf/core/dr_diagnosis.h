@@ -55,7 +55,7 @@ constexpr std::string_view Text(DrDiagnosis diagnosis) {
       return "the base turns by another factor than its track says (skid steer, wrong track): "
              "estimated";
     case DrDiagnosis::kParted:
-      return "the filter and the wheels' sum parted without slip: the filter began anew";
+      return "filter and wheels parted without slip: what contradicts the wheels is estimated anew";
   }
   return "";
 }

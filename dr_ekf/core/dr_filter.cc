@@ -80,6 +80,7 @@ void DrFilter::FindInState(const FilterState& state) {
     if (is && found_in_state_.insert(diagnosis).second) Find(diagnosis);
   };
   once(state.heading_stuck, DrDiagnosis::kHeadingStuck);
+  once(state.counters.parted > 0, DrDiagnosis::kParted);
   once(state.accel_unfit, DrDiagnosis::kAccelUnfit);
   once(state.wheel_turn_stuck, DrDiagnosis::kWheelTurnStuck);
   once(std::abs(state.yaw_scale - 1) > kOtherTrack &&
@@ -88,8 +89,20 @@ void DrFilter::FindInState(const FilterState& state) {
 }
 
 void DrFilter::Restart(Utime utime) {
+  RestartFrom(model_.Restarted(history_.back().after, utime), utime);
+}
+
+// What a useless IMU did to the filter so far is not to be trusted either.
+void DrFilter::GoOnWithoutImu(Utime utime) {
+  const SE3 T_OB = history_.back().after.T_OS * model_.T_SB();
+  calibration_.imu.present = false;
+  model_ = DrModel(config_, calibration_);
+  RestartFrom(model_.RestartedWithoutImu(history_.back().after, T_OB, utime), utime);
+}
+
+void DrFilter::RestartFrom(FilterState state, Utime utime) {
   ++counters_.resets;
-  Entry base{{utime - DurationUs{1}, WheelBegin{}}, model_.Restarted(history_.back().after, utime)};
+  Entry base{{utime - DurationUs{1}, WheelBegin{}}, std::move(state)};
   history_.clear();
   history_.push_back(std::move(base));
   vision_.Clear();
@@ -186,7 +199,6 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
   const DurationUs offset = DurationFromSeconds(calibration_.wheel.time_offset_s);
   sample.utime = sample.utime - offset;
   sample.utime_begin = sample.utime_begin - offset;
-  const bool imu_was_usable = imu_check_.usable();
   imu_check_.Take(sample);
   const WheelChain::Link link = chain_.Add(sample);
   if (link.fate == WheelChain::Fate::kAbsurd) {
@@ -203,11 +215,8 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
     ++counters_.rejected_non_monotonic;
     return Finish(false);
   }
-  // What the IMU did to the filter so far is not to be trusted either.
-  if (imu_was_usable && !imu_check_.usable() && !history_.empty()) {
-    calibration_.imu.present = false;
-    model_ = DrModel(config_, calibration_);
-    Restart(sample.utime_begin);
+  if (calibration_.imu.present && !imu_check_.usable() && !history_.empty()) {
+    GoOnWithoutImu(sample.utime_begin);
   }
   // An interval that goes on where the history ends bridges the time between by itself.
   const bool goes_on =

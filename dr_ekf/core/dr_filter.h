@@ -38,7 +38,6 @@ struct DrCounters {
   int64_t rejected_absurd = 0;         // faster than any such robot or sensor
   int64_t resets = 0;                  // continuity was lost: gap, clock step, numerical failure
   int64_t wheels_waited = 0;  // joined the next one: stamps too close, equal or back; also used
-  int64_t parted = 0;         // the watchdog found filter and wheels apart
   StepCounters step;
 };
 
@@ -97,6 +96,8 @@ class DrFilter {
   // Whether to go on with a sample of (begin, utime]; restarts after a confirmed jump ahead.
   bool CheckTime(Utime begin, Utime utime, std::optional<Utime>& suspect);
   void Restart(Utime utime);
+  void GoOnWithoutImu(Utime utime);
+  void RestartFrom(FilterState state, Utime utime);
   // A sample older than the history. True: so are all for half a second of their own time, and the
   // filter began anew at `begin`.
   bool TakeLate(Utime begin, Utime utime);

@@ -1,6 +1,7 @@
 #include "dr_ekf/core/dr_model.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dr_ekf/core/error_state.h"
 #include "dr_ekf/core/noise_model.h"
@@ -63,32 +64,53 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   state.counters = before.counters;
   if (!before.T_OS.IsFinite() || !before.P.allFinite()) return state;
   state.T_OS = before.T_OS;
-  state.gyro_bias = before.gyro_bias;
-  state.accel_bias = before.accel_bias;
-  state.gyro_scale = before.gyro_scale;
   state.wheel_scale = before.wheel_scale;
   state.yaw_scale = before.yaw_scale;
   state.climb = before.climb;
+  state.accel_unfit = before.accel_unfit;
+  state.accel_noise = before.accel_noise;
+  state.turn_noise = before.turn_noise;
+  state.heading_stuck = before.heading_stuck;
   state.stamp_error = before.stamp_error;
   state.stamp_error.Break();
-  state.aligned = before.aligned;
+  state.floor = (state.T_OS * T_SB_.translation()).z();
   state.P.block<6, 6>(kPose, kPose) = before.P.block<6, 6>(kPose, kPose);
   // Unknown motion: it may be anywhere near and face anywhere.
   state.P.block<3, 3>(0, 0).diagonal().array() += 1.0;
   state.P(5, 5) += 1.0;
+  for (const int scale : {kWheelScale, kYawScale, kClimb}) {
+    state.P(scale, scale) = before.P(scale, scale);
+  }
+  if (!imu_.present) return state;
+  state.gyro_bias = before.gyro_bias;
+  state.accel_bias = before.accel_bias;
+  state.gyro_scale = before.gyro_scale;
+  state.aligned = before.aligned;
   if (state.aligned) {
     state.P(3, 3) += Square(kTiltPrior);
     state.P(4, 4) += Square(kTiltPrior);
   }
-  const Matrix3d gyro = before.P.block<3, 3>(kGyroBias, kGyroBias);
-  const Matrix3d accel = before.P.block<3, 3>(kAccelBias, kAccelBias);
-  const Matrix3d gyro_scale = before.P.block<3, 3>(kGyroScale, kGyroScale);
-  state.P.block<3, 3>(kGyroBias, kGyroBias) = gyro;
-  state.P.block<3, 3>(kAccelBias, kAccelBias) = accel;
-  state.P.block<3, 3>(kGyroScale, kGyroScale) = gyro_scale;
-  state.P(kWheelScale, kWheelScale) = before.P(kWheelScale, kWheelScale);
-  state.P(kYawScale, kYawScale) = before.P(kYawScale, kYawScale);
-  state.P(kClimb, kClimb) = before.P(kClimb, kClimb);
+  for (const int block : {kGyroBias, kAccelBias, kGyroScale}) {
+    const Matrix3d known = before.P.block<3, 3>(block, block);
+    state.P.block<3, 3>(block, block) = known;
+  }
+  return state;
+}
+
+// B before and after is the same; S was that of the IMU, and "up" came from it.
+FilterState DrModel::RestartedWithoutImu(const FilterState& before, const SE3& T_OB,
+                                         Utime utime) const {
+  FilterState wheels = before;
+  const Vector3d ahead = T_OB.rotation() * Vector3d::UnitX();
+  const Eigen::AngleAxisd heading(std::atan2(ahead.y(), ahead.x()), Vector3d::UnitZ());
+  wheels.T_OS = SE3(Eigen::Quaterniond(heading), T_OB.translation()) * T_BS_;
+  wheels.yaw_scale = 1;  // it was compared with a gyro that is not believed
+  wheels.wheel_scale = 1;
+  wheels.climb = 0;
+  FilterState state = Restarted(wheels, utime);
+  state.P = Initial(utime).P;
+  const Matrix6d pose = before.P.block<6, 6>(kPose, kPose);
+  for (const int axis : {0, 1, 2, 5}) state.P(axis, axis) += 1.0 + pose(axis, axis);
   return state;
 }
 
@@ -166,6 +188,8 @@ void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   EndSlip(state);
   state.has_wheel = true;
   state.wheel_utime = sample.utime;
+  state.scale_untold =
+      state.stamp_error.Variance(wheel_period_s_) > Square(kMostTimeError * wheel_period_s_);
   if (!state.stationary && state.has_clone && state.clone_utime == sample.utime_begin) {
     BeginSum(SumCovariance(sample.has_ticks, state), state);
     UpdateYaw(sample, state);

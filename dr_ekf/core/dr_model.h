@@ -25,6 +25,8 @@ class DrModel {
   FilterState Initial(Utime utime) const;
   // After a break of unknown motion: pose kept, its covariance widened, counter moved on.
   FilterState Restarted(const FilterState& before, Utime utime) const;
+  // Likewise of a filter whose IMU turned out to be useless; this model has none. T_OB: of before.
+  FilterState RestartedWithoutImu(const FilterState& before, const SE3& T_OB, Utime utime) const;
 
   // Samples carry camera time (offsets removed) and are newer than, or as old as, the state.
   void ApplyImu(const ImuSample& sample, FilterState& state) const;
@@ -84,6 +86,10 @@ class DrModel {
   // Largest error of a sum (0: way, 1: turn) that stamps in the right order can make, twice.
   double LargestTimeError(int sum, double dt, const FilterState& state) const;
 
+  // The newest sum is off by as much as this innovation says, which is then within one sigma.
+  void DoubtSum(int sum, double innovation, const Eigen::Matrix<double, 1, kErrorSize>& H,
+                double noise, FilterState& state) const;
+
   // dr_model_yaw.cc
   // Of one wheel interval against the motion of the filter since the clone.
   struct YawInnovation {
@@ -105,8 +111,10 @@ class DrModel {
   // Likewise wheels whose heading does not change while they drive and the gyro turns.
   bool WheelTurnMayBeUsed(const WheelSample& sample, double own_turn, double dt,
                           FilterState& state) const;
-  // Factor on the noise of the wheels' turn; 0: it is slip, and not to be used.
-  double JudgeYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
+  // What the wheels' turn may tell: all, only the track (which is not known, or is another than the
+  // one of a base that rolls), or nothing (slip).
+  enum class YawUse { kAll, kTrack, kNone };
+  YawUse JudgeYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
   // Over kWatchMemory without slip the turns of wheels and gyro agree as far as bias and scales are
   // known, or these are doubted.
   void WatchYaw(const YawInnovation& in, SlipGate::Interval interval, FilterState& state) const;
@@ -124,6 +132,8 @@ class DrModel {
   void UpdateWay(const WheelSample& sample, FilterState& state) const;
   WayInnovation InnovateWay(const WheelSample& sample, const FilterState& state) const;
   void CorrectWay(WayInnovation in, FilterState& state) const;
+  // Over kWatchMemory without slip the filter's way is that of the wheels.
+  void WatchWay(const WayInnovation& in, double sums, FilterState& state) const;
   void DefineWay(const WheelSample& sample, WayInnovation in, FilterState& state) const;
 
   // dr_model_floor.cc

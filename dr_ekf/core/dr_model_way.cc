@@ -30,7 +30,7 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
                 Vector3d(sample.dx_m, sample.dy_m, 0);
   const Vector3d own = half_back * T_ab.translation();
   in.way = state.wheel_scale * in.measured;
-  in.way.z() = state.climb * in.way.x();
+  if (state.aligned) in.way.z() = state.climb * in.way.x();
   in.residual = in.way - own;
 
   // Derivative of the filter's own way with the motion since the clone, then with both poses.
@@ -41,7 +41,7 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
   in.H.block<3, 6>(0, kClone) = -J * T_ab.inverse().Adjoint() * adj_BS_;
 
   const auto noise_of = [&](double driven) {
-    const double side = SideVariance(driven, angle.z());
+    const double side = SideVariance(driven, angle.z()) + Square(kWayFloor);
     return Vector3d(WayVariance(driven), side, side);
   };
   // Sensitivity to the scale, and size of the noise: of the wheels and the filter combined (see
@@ -64,22 +64,18 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
 
 void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
   const WayInnovation in = InnovateWay(sample, state);
-  const Eigen::Vector2d speeds = Speeds(state);
   if (!state.way_unmeasured) {
     CorrectWay(in, state);
   } else {
-    DefineWay(sample, in, state);
-  }
-  if (state.slip) {
     state.stamp_error.Break();
-  } else if (!state.way_unmeasured) {
-    state.stamp_error.Add(in.residual.x(), speeds[0], 0, 0, in.dt);
+    DefineWay(sample, in, state);
   }
   UpdateHeight(in.measured.norm(), state);
 }
 
 void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
-  const double sums = std::max(state.P(kNewSum, kNewSum), state.P(kCloneSum, kCloneSum));
+  const double sums = state.P(kNewSum, kNewSum);  // as expected, not as doubted later
+  const double speed = Speeds(state)[0];
   Eigen::Matrix<double, 3, kErrorSize> H_own = in.H;
   H_own.rightCols<4>().setZero();
   if (state.slip) in.noise.head<2>() *= kSlipVarianceFactor;
@@ -87,10 +83,13 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   const double up = own(2, 2) + in.noise.z();
   const double excess_up = Square(in.residual.z()) / (Square(config_.gate_sigma) * up);
   if (excess_up > 1) in.noise.z() += excess_up * up;  // a bump, not slip
+  // Where it agrees with the wheels the accelerometer is as good as it is said to be.
+  const double noise_factor =
+      state.accel_noise.value() > kAgreeingNoise ? state.accel_noise.value() : 1.0;
   for (const int axis : {0, 1}) {
     SlipGate::Interval interval;
     interval.innovation = in.residual[axis];
-    interval.variance = state.accel_noise.value() * own(axis, axis) + in.noise[axis];
+    interval.variance = noise_factor * own(axis, axis) + in.noise[axis];
     interval.sum_error = axis == 0 ? sums : 0;
     interval.least = axis == 0 ? LargestTimeError(0, in.dt, state) : 0;
     interval.utime = state.utime;
@@ -102,7 +101,8 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
       case SlipGate::Verdict::kOutlier:
         // Forward: a sum that is off now; what is off for good shows in the next ones.
         if (axis == 0) {
-          state.P(kNewSum, kNewSum) += (excess - 1) * (interval.variance + sums);
+          const double known = state.new_sum[0] - state.clone_sum[0];
+          DoubtSum(0, in.residual.x() - known, in.H.row(0), in.noise.x(), state);
         } else {
           in.noise[axis] += (excess - 1) * interval.variance;
         }
@@ -113,13 +113,37 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
     }
   }
   if (!state.forward_gate.rejecting) state.accel_noise.Add(state.forward_gate.normalised, in.dt);
+  const double raw = in.residual.x();
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
-  const double scale_before = state.wheel_scale;
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
-  if (state.accel_unfit) state.wheel_scale = scale_before;
+  if (state.slip) {
+    state.stamp_error.Break();
+  } else {
+    state.stamp_error.Add(raw, own(0, 0) + in.noise.x(), speed, in.dt);
+    WatchWay(in, sums, state);
+  }
   if (std::abs(state.wheel_scale - 1) > kMostScaleSigmas * config_.wheel_scale_sigma) {
     FindUnfit(state);
   }
+}
+
+void DrModel::WatchWay(const WayInnovation& in, double sums, FilterState& state) const {
+  const SE3 T_ab = MotionSinceClone(state);
+  const Eigen::Quaterniond half_back = ExpSO3(-0.5 * LogSO3(T_ab.rotation()));
+  SlipGate::Interval interval;
+  interval.innovation = in.way.x() - (half_back * T_ab.translation()).x();
+  interval.variance = WayVariance(in.way.x());
+  interval.sum_error = sums;
+  interval.least = std::max(kLeastSlip, LargestTimeError(0, in.dt, state));
+  interval.utime = state.utime;
+  interval.dt = in.dt;
+  double excess = 0;
+  if (state.way_watch.Judge(interval, config_.gate_sigma, &excess) != SlipGate::Verdict::kSlip) {
+    return;
+  }
+  state.way_watch = {.memory = kWatchMemory};
+  ++state.counters.parted;
+  DoubtAccelerometer(0, kSpeedSlack, state);
 }
 
 void DrModel::DefineWay(const WheelSample& sample, WayInnovation in, FilterState& state) const {

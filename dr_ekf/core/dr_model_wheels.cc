@@ -8,16 +8,8 @@
 #include "dr_ekf/core/noise_model.h"
 
 namespace gw::dr_ekf {
-namespace {
 
 using Eigen::Vector3d;
-
-// Wheels at rest still let the body rock by this much between two samples. It comes back: an error
-// of the sums.
-constexpr double kWayFloor = 1e-4;  // m
-constexpr double kYawFloor = 1e-4;  // rad
-
-}  // namespace
 
 void DrModel::ApplySpeedPrior(double dt, FilterState& state) const {
   Eigen::Matrix<double, 3, kErrorSize> H = Eigen::Matrix<double, 3, kErrorSize>::Zero();
@@ -68,6 +60,12 @@ Eigen::Matrix2d DrModel::SumCovariance(bool has_ticks, const FilterState& state)
     cov(1, 1) += Square(tick_m_ / wheel_.track_width_m) / 6;
   }
   return cov;
+}
+
+void DrModel::DoubtSum(int sum, double innovation, const Eigen::Matrix<double, 1, kErrorSize>& H,
+                       double noise, FilterState& state) const {
+  const double expected = (H * state.P * H.transpose())(0) + noise;
+  state.P(kNewSum + sum, kNewSum + sum) += std::max(0.0, Square(innovation) - expected);
 }
 
 double DrModel::LargestTimeError(int sum, double dt, const FilterState& state) const {

@@ -100,11 +100,19 @@ void DrModel::UpdateYaw(const WheelSample& sample, FilterState& state) const {
     return;
   }
   if (!WheelTurnMayBeUsed(sample, in.measured - in.residual, in.dt, state)) return;
-  const double factor = JudgeYaw(sample, in, state);
-  if (factor <= 0) return;
-  const double noise = in.noise * factor * (state.slip ? kSlipVarianceFactor : 1.0);
+  const YawUse use = JudgeYaw(sample, in, state);
+  if (use == YawUse::kNone) return;
   const double known = state.new_sum[1] - state.clone_sum[1];
-  Update<1>(in.H, Scalar(in.residual - known), Scalar(noise), PoseUpdate::kCorrect, state);
+  const Scalar innovation(in.residual - known);
+  if (use == YawUse::kTrack) {
+    // A first turn, a base that slides: off by as much as it is.
+    const double expected = (in.H * state.P * in.H.transpose())(0);
+    const double noise = std::max(in.noise, Square(innovation[0]) - expected);
+    Update<1>(in.H, innovation, Scalar(noise), PoseUpdate::kTrackOnly, state);
+    return;
+  }
+  const double noise = state.slip ? in.noise * kSlipVarianceFactor : in.noise;
+  Update<1>(in.H, innovation, Scalar(noise), PoseUpdate::kCorrect, state);
 }
 
 void DrModel::DefineYaw(const WheelSample& sample, const YawInnovation& in,
@@ -143,14 +151,13 @@ void DrModel::DefineYaw(const WheelSample& sample, const YawInnovation& in,
   state.w_OS_S = Eigen::Vector3d(0, 0, yaw / in.dt);
 }
 
-double DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation& in,
-                         FilterState& state) const {
+DrModel::YawUse DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation& in,
+                                  FilterState& state) const {
   SlipGate::Interval interval;
   interval.innovation = in.residual;
   interval.variance = in.noise + in.predicted;
   interval.coherent[0] = in.turn * std::sqrt(state.P(kYawScale, kYawScale));
-  interval.sum_error =
-      std::max(state.P(kNewSum + 1, kNewSum + 1), state.P(kCloneSum + 1, kCloneSum + 1));
+  interval.sum_error = state.P(kNewSum + 1, kNewSum + 1);
   interval.least = std::max(kLeastSlipTurn, LargestTimeError(1, in.dt, state));
   interval.utime = sample.utime_begin;
   interval.dt = in.dt;
@@ -161,24 +168,25 @@ double DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation& in,
   if (verdict != SlipGate::Verdict::kSlip || !track_known) {
     state.turn_noise.Add(state.yaw_gate.normalised, std::abs(in.turn));
   }
+  if (verdict != SlipGate::Verdict::kAgrees) ++state.counters.gated_wheel_yaw;
+  if (!track_known) return YawUse::kTrack;
   if (verdict == SlipGate::Verdict::kAgrees) {
     if (!state.slip) WatchYaw(in, interval, state);
-    return 1;
+    return YawUse::kAll;
   }
-  ++state.counters.gated_wheel_yaw;
-  if (!track_known) return excess;
   if (verdict == SlipGate::Verdict::kOutlier) {
     // A sum that is off now. What is off for good shows in the next ones.
-    state.P(kNewSum + 1, kNewSum + 1) += (excess - 1) * (interval.variance + interval.sum_error);
-    return 1;
+    const double known = state.new_sum[1] - state.clone_sum[1];
+    DoubtSum(1, in.residual - known, in.H, in.noise, state);
+    return YawUse::kAll;
   }
   if (sample.utime - state.yaw_gate.rejecting_since > DurationFromSeconds(kMaxYawRejection)) {
     state.yaw_gate = {};
     DoubtTurn(in, state);
-    return 1;
+    return YawUse::kAll;
   }
   FlagSlip(sample.utime, TrackSpeed(in.residual, in.dt), state);
-  return 0;
+  return YawUse::kNone;
 }
 
 void DrModel::WatchYaw(const YawInnovation& in, SlipGate::Interval interval,

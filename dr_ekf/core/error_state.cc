@@ -50,19 +50,29 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   const Eigen::Matrix<double, kErrorSize, kRows> PHt = state.P * H.transpose();
   const Eigen::Matrix<double, kRows, kRows> S = H * PHt + R;
   Eigen::Matrix<double, kErrorSize, kRows> K = S.ldlt().solve(PHt.transpose()).transpose();
+  // An unfit accelerometer, or bad stamps, tell nothing of the wheels' scale.
+  if (state.accel_unfit || state.scale_untold) K.row(kWheelScale).setZero();
   if (hold) {
     K.template topRows<9>().setZero();
     K.template bottomRows<kErrorSize - kClone>().setZero();
+  } else if (mode == PoseUpdate::kTrackOnly) {
+    const Eigen::Matrix<double, 1, kRows> track = K.row(kYawScale);
+    K.setZero();
+    K.row(kYawScale) = track;
   } else if (mode == PoseUpdate::kDefine) {
     K.template middleRows<kClone - kGyroBias>(kGyroBias).setZero();
   } else if (state.has_clone) {
     KeepThePast<kRows>(state, &K);
   }
-  ErrorMatrix IKH = ErrorMatrix::Identity();
-  IKH.noalias() -= K * H;
-  const ErrorMatrix P = IKH * state.P * IKH.transpose() + K * R * K.transpose();
-  state.P = 0.5 * (P + P.transpose());
-  state.transition = (IKH * state.transition).eval();
+  // Joseph's form (I - K H) P (I - K H)^T + K R K^T, honest for any gain, multiplied out: the rank
+  // of the change is that of the measurement.
+  const Eigen::Matrix<double, kErrorSize, kRows> half =
+      PHt - 0.5 * K * S;  // P - half K^T - K half^T
+  state.P.noalias() -= half * K.transpose();
+  state.P.noalias() -= K * half.transpose();
+  state.P = (0.5 * (state.P + state.P.transpose())).eval();
+  const Eigen::Matrix<double, kRows, kErrorSize> moved = H * state.transition;
+  state.transition.noalias() -= K * moved;
 
   if (mode == PoseUpdate::kCorrect || mode == PoseUpdate::kDefineWay) {
     Eigen::Matrix<double, 6, kRows> K_pose = K.template topRows<6>();

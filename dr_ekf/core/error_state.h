@@ -27,6 +27,7 @@ enum class PoseUpdate {
   kCorrect,    // the pose was estimated without this measurement, which corrects it
   kDefineWay,  // the measurement is the way: what it does to the place is no correction
   kDefine,     // the measurement is the motion, in full, and parameters learn nothing from it
+  kTrackOnly,  // only the scale of the wheels' turn moves, P stays honest
   kHold,       // pose and velocity do not move (Schmidt's consider update), P stays honest
 };
 

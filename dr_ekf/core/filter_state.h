@@ -125,9 +125,10 @@ struct FilterState {
   SlipGate way_watch{.memory = kWatchMemory};  // wheels against the filter's way as it became
   NoiseFactor turn_noise{std::log(kTurnNoisePrior)};    // of the wheels, per angle turned
   NoiseFactor accel_noise{std::log(kAccelNoisePrior)};  // of the way by the accelerometer
-  bool accel_unfit = false;  // found out: it tells which way is up, not how the robot moves
-  double recent_slips = 0;   // times the accelerometer found slip, forgotten over kSlipsMemory
-  Utime accused_until;       // vision accused the wheels; the accelerometer is asked more closely
+  bool scale_untold = false;  // the stamps are too bad to tell the wheels' scale
+  bool accel_unfit = false;   // found out: it tells which way is up, not how the robot moves
+  double recent_slips = 0;    // times the accelerometer found slip, forgotten over kSlipsMemory
+  Utime accused_until;        // vision accused the wheels; the accelerometer is asked more closely
 
   StepCounters counters;
 };

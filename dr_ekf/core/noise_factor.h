@@ -16,11 +16,11 @@ struct NoiseFactor {
 
   static constexpr double kQuantile = 2.706;  // of chi-square, one degree of freedom, 90 %
   static constexpr double kShareAbove = 0.1;
-  static constexpr double kGain = 6;
+  static constexpr double kGain = 3;
   static constexpr double kMost = 10000;  // a hundred times the sigma
 
   // normalised: square of a sum of innovations over its variance, factor included. passed: since
-  // the one before, in s or rad; a factor that is too large by e is gone after 1.7 of them.
+  // the one before, in s or rad; a factor that is too large by e is gone after 3.3 of them.
   void Add(double normalised, double passed) {
     const double above = normalised > kQuantile ? 1.0 : 0.0;
     log_variance += kGain * passed * (above - kShareAbove);

@@ -18,13 +18,18 @@ inline constexpr double kLevelingSigma = 0.05;      // m/s^2, unseen motion duri
 // Track of the base, as a factor on the turn of its wheels: a skid-steer base turns half as far as
 // its geometric track says, a wrong calibration is in there too. With a gyro this is the prior, one
 // sigma; the first turn tells. Without one the turn of the wheels is all there is.
-inline constexpr double kYawScalePrior = 0.5;
+inline constexpr double kYawScalePrior = 1.0;
 inline constexpr double kLeastYawScale = 0.25;
 inline constexpr double kMostYawScale = 4.0;
 // Factors on the variance of the wheels' turn per angle and of the accelerometer's way, before it
-// is known what this robot is (see NoiseFactor): three and ten times the sigma.
-inline constexpr double kTurnNoisePrior = 9;
-inline constexpr double kAccelNoisePrior = 100;
+// is known what this robot is (see NoiseFactor): two and five times the sigma.
+inline constexpr double kTurnNoisePrior = 4;
+inline constexpr double kAccelNoisePrior = 25;
+// Stamps that are off by more than this share of their period cannot weigh the wheels' scale:
+// slowly changing time errors look like one.
+inline constexpr double kMostTimeError = 0.25;
+// Below this factor the accelerometer agrees with the wheels: twice the sigma it is said to have.
+inline constexpr double kAgreeingNoise = 4;
 // The wheels' turn can tell of slip where the track is known this well, and is what it is said to
 // be: tyres that slide in every turn (skid steer: a factor of two) cannot.
 inline constexpr double kKnownTrackSigma = 0.1;
@@ -39,6 +44,11 @@ inline constexpr double kClimbPrior = 0.02;
 // The scales of wheels and gyro drift this slowly (temperature, tyre wear, payload): 0.04 % in an
 // hour.
 inline constexpr double kScaleWalk = 6e-6;  // 1/sqrt(s)
+
+// Wheels at rest still let the body rock by this much between two samples. Along the way it comes
+// back: an error of the sums.
+inline constexpr double kWayFloor = 1e-4;  // m
+inline constexpr double kYawFloor = 1e-4;  // rad
 
 // Sideways (and vertical) motion is white per way: scrub of the tyres, thresholds. A sideways
 // velocity stays for about this long.
@@ -96,7 +106,7 @@ inline constexpr double kVisionAcquitsAfter = 0.3;  // s of rejection
 inline constexpr double kVisionDelay = 0.25;  // s: VisionWitness's window and the way of an image
 // An accelerometer that wants wheels of another size than their prior allows (sigmas), or finds
 // slip this often, is the one that is wrong: filtered, late, not where it is said to be.
-inline constexpr double kMostScaleSigmas = 3;
+inline constexpr double kMostScaleSigmas = 2.5;
 inline constexpr double kMostSlips = 2.5;
 inline constexpr double kSlipsMemory = 20;  // s
 // An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.

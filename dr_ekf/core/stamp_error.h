@@ -1,12 +1,12 @@
 // How wrong the stamps of the wheels' samples are: jitter, lateness, resampling.
 //
 // A sum of the wheels that is stamped wrongly by e is off by speed * e at that instant only. Over
-// an interval the error is the difference of two of them, so that consecutive intervals err in
-// opposite directions: the covariance of consecutive innovations is -variance(e) * speed^2, where
-// that of noise and slip is zero or positive. The mean of the product tells the variance.
-//
-// Source: moving-average process of first order, autocovariance at lag one (Box and Jenkins, Time
-// Series Analysis, section 3.3).
+// an interval the error is the difference of two of them. It shows in two ways, and the larger one
+// counts: consecutive intervals err in opposite directions, with a covariance of -variance(e) *
+// speed^2, where that of noise and slip is zero or positive (autocovariance at lag one of a moving
+// average of first order; Box and Jenkins, Time Series Analysis, section 3.3); and the innovations
+// are larger than their noise, by 2 variance(e) * speed^2 when the errors of neighbours are
+// independent.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +15,10 @@
 namespace gw::dr_ekf {
 
 struct StampError {
-  // Speeds are those of the wheels' rims: that of the body, and of its turn at half the track.
-  double product = 0;                 // m^2, minus the sum of products of consecutive innovations
-  double speed2 = 0;                  // m^2/s^2, sum of the products of the speeds
-  double last_way = 0, last_rim = 0;  // m, the innovations before; the next one needs them
-  double last_speed = 0, last_rim_speed = 0;  // m/s
+  double opposed = 0;  // m^2, minus the sum of products of consecutive innovations
+  double surplus = 0;  // m^2, half the sum of squares of innovations beyond their noise
+  double speed2 = 0;   // m^2/s^2, sum of squares of the speed
+  double last = 0;     // m, the innovation before; the next one needs it
   bool has_last = false;
 
   // Estimates are forgotten over this time: conditions of a computer change in minutes, and a mean
@@ -30,19 +29,19 @@ struct StampError {
   static constexpr double kPriorShare = 0.05;
   static constexpr double kPriorWeight = 5 * 0.04;  // m^2/s^2: five samples at 0.2 m/s
 
-  // Innovations of one interval: wheels minus gyro or accelerometer, where those exist (else 0 with
-  // a speed of 0).
-  void Add(double way, double speed, double rim, double rim_speed, double dt) {
+  // What is not known of the noise itself is no time error.
+  static constexpr double kModelSlack = 1.5;
+
+  // An innovation of one interval (wheels minus what measures the way besides them), the variance
+  // it has without time errors, and the speed.
+  void Add(double innovation, double variance, double speed, double dt) {
     const double forget = std::exp(-dt / kMemory);
     if (has_last) {
-      product = forget * product - way * last_way - rim * last_rim;
-      speed2 =
-          forget * speed2 + std::abs(speed * last_speed) + std::abs(rim_speed * last_rim_speed);
+      opposed = forget * opposed - innovation * last;
+      surplus = forget * surplus + 0.5 * (innovation * innovation - kModelSlack * variance);
+      speed2 = forget * speed2 + speed * speed;
     }
-    last_way = way;
-    last_rim = rim;
-    last_speed = speed;
-    last_rim_speed = rim_speed;
+    last = innovation;
     has_last = true;
   }
 
@@ -52,7 +51,8 @@ struct StampError {
   // s^2; at most half a period: more would put samples into the wrong order.
   double Variance(double period) const {
     const double prior = kPriorShare * kPriorShare * period * period;
-    const double mean = (product + prior * kPriorWeight) / (speed2 + kPriorWeight);
+    const double told = std::max(opposed, surplus);
+    const double mean = (told + prior * kPriorWeight) / (speed2 + kPriorWeight);
     return std::clamp(mean, 0.0, 0.25 * period * period);
   }
 };

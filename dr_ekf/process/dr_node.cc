@@ -1,5 +1,6 @@
 #include "dr_ekf/process/dr_node.h"
 
+#include <string>
 #include <utility>
 
 #include "common/wire/channels.h"
@@ -64,6 +65,11 @@ void DrNode::Take(const DrFilter::Output& output, process::Shell& shell) {
   count("dr.rejected_future", counters_.rejected_future, now.rejected_future);
   count("dr.rejected_absurd", counters_.rejected_absurd, now.rejected_absurd);
   count("dr.resets", counters_.resets, now.resets);
+  count("dr.parted", counters_.step.parted, now.step.parted);
+  for (const DrDiagnosis diagnosis : output.found) {
+    shell.health().Count("dr.found." + std::string(Name(diagnosis)));
+    found_ = Text(diagnosis);
+  }
   counters_ = now;
 }
 
@@ -84,7 +90,7 @@ bool DrNode::Step(process::Shell& shell) {
   } else if (shell.Now() - *last_state_ > kSilence) {
     shell.health().SetState(HealthState::kDegraded, "dead reckoning is silent: check IMU and base");
   } else {
-    shell.health().SetState(HealthState::kOk);
+    shell.health().SetState(HealthState::kOk, found_);
   }
   return true;
 }

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "common/config/robot_config.h"
 #include "common/process/shell.h"
@@ -30,6 +31,7 @@ class DrNode : public process::Node {
   uint32_t first_reset_counter_ = 0;
   DrCounters counters_;  // of the last output, to report what was added
   std::optional<Utime> last_state_;
+  std::string found_;  // the newest thing found wrong with the inputs, in words
 };
 
 }  // namespace gw::dr_ekf

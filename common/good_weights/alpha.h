@@ -1,5 +1,5 @@
 // The law of Good Weights: how much the information of dead reckoning (DR) counts for a given
-// quality of vision (docs/method.md, section 3.2).
+// quality of vision (docs/method.md, section 3.1).
 //
 //   alpha(Q) = alpha_min (alpha_max / alpha_min)^(1 - Q)             (equation 3 of the paper)
 //   information of the DR prior = alpha(Q) inv(Sigma_d0)             (equation 2 of the paper)

@@ -1,6 +1,6 @@
 // How strongly dead reckoning (DR) ties two keyframes that follow each other: the covariance of
 // their edge in local bundle adjustment, in the pose graph of loops and in global bundle adjustment
-// (docs/method.md, section 3.4).
+// (docs/method.md, sections 3.5 and 3.6).
 #pragma once
 
 #include "common/config/dr_weight_config.h"

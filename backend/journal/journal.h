@@ -65,7 +65,7 @@ class Journal {
   // Syncs to disk when the oldest unsynced record is older than sync_interval.
   Result<Done> SyncIfDue(Utime now);
 
-  // Whether the file has grown enough to be worth a checkpoint (or the journal has failed).
+  // True when the file has grown enough to be worth a checkpoint, or the journal has failed.
   bool CheckpointDue() const;
   // Bytes appended since the last checkpoint.
   size_t grown() const { return bytes_ - checkpoint_bytes_; }

@@ -24,7 +24,7 @@ enum class RecordType : uint32_t {
   kSession = 4,     // Encode(MapSession): who writes from here on
 };
 
-// Whether a file begins like a journal of another format version, which this program cannot read
+// True when a file begins like a journal of another format version, which this program cannot read
 // and must not replace.
 bool IsOtherVersion(std::span<const uint8_t> bytes);
 

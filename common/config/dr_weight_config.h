@@ -8,7 +8,7 @@
 namespace gw {
 
 // Which modules use dead reckoning (docs/method.md, section 3). kFixed and kSwitch are the
-// baselines that the paper argues against.
+// baselines that Du, Peng, Vela, "Good Weights", arXiv 2509.22910, argue against.
 enum class Variant { kNone, kDa, kPe, kLba, kFull, kFixed, kSwitch };
 
 inline bool DrPredicts(Variant v) {

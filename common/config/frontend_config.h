@@ -1,5 +1,6 @@
-// Tuning of the tracking front-end (section `frontend`). Defaults are the paper's where it gives a
-// number, otherwise measured on the recordings named in docs/results.md.
+// Tuning of the tracking front-end (section `frontend`). Defaults are those of Du, Peng, Vela,
+// "Good Weights", arXiv 2509.22910, where they give a number, otherwise measured on the recordings
+// named in docs/results.md.
 #pragma once
 
 #include "common/config/dr_weight_config.h"

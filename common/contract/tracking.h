@@ -40,8 +40,8 @@ struct FramePose {
   int64_t seq = 0;  // of the camera message
   SE3 T_WB;
   Matrix6d cov_T_WB = Matrix6d::Zero();  // right perturbation; marginal, in the map of map_revision
-  // Of the body's motion since an earlier image, about kMotionSpan before (right perturbation): two
-  // marginal covariances do not tell it, their errors have much in common.
+  // Covariance of the motion of the body since an earlier image, about kMotionSpan before (right
+  // perturbation). Two marginal covariances do not tell it: their errors have much in common.
   int64_t motion_us = 0;  // since that image; 0: there is none
   Matrix6d cov_motion = Matrix6d::Zero();
   TrackingStatus status = TrackingStatus::kInvalid;

@@ -1,10 +1,10 @@
 // The law of Good Weights: how much the information of dead reckoning (DR) counts for a given
-// quality of vision (docs/method.md, section 3.2).
+// quality of vision (docs/method.md, section 3.1).
 //
-//   alpha(Q) = alpha_min (alpha_max / alpha_min)^(1 - Q)             (equation 3 of the paper)
-//   information of the DR prior = alpha(Q) inv(Sigma_d0)             (equation 2 of the paper)
+//   alpha(Q) = alpha_min (alpha_max / alpha_min)^(1 - Q)             (equation 3)
+//   information of the DR prior = alpha(Q) inv(Sigma_d0)             (equation 2)
 //
-// The paper is Du, Peng, Vela, "Good Weights", arXiv 2509.22910. Front-end, local and global bundle
+// Equations of Du, Peng, Vela, "Good Weights", arXiv 2509.22910. Front-end, local and global bundle
 // adjustment and the pose graph take alpha from here, and nowhere else.
 #pragma once
 

@@ -58,7 +58,8 @@ TEST(GoodWeights, FarFeaturesAloneLeaveTheTranslationToDeadReckoning) {
   EXPECT_EQ(far.translation, kPaper.alpha_max);
 }
 
-// Equations of section III of the paper, with its numbers, by hand.
+// Equations of section III of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, with its numbers,
+// by hand.
 TEST(GoodWeights, IsThePapersLaw) {
   EXPECT_NEAR(ImageQuality({300, 60}, kPaper), 0.5 * 0.5 + 0.5 * 0.5, 1e-12);
   EXPECT_NEAR(ImageQuality({450, 30}, kPaper), 0.5 * 0.75 + 0.5 * 0.25, 1e-12);

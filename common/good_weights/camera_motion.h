@@ -1,5 +1,5 @@
 // Dead reckoning (DR) as a motion of the camera: the one place where it changes from the axes of
-// the body B to those of the camera C (docs/method.md, section 3.3).
+// the body B to those of the camera C (docs/method.md, section 1.2).
 //
 // An error d on the right of T_BaBb is Ad(inv(T_BC)) d on the right of T_CaCb, since
 // T_CaCb Exp(Ad(inv(T_BC)) d) = inv(T_BC) T_BaBb Exp(d) T_BC.

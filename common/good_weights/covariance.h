@@ -1,6 +1,6 @@
 // What a motion by dead reckoning (DR) is worth before and after alpha: nominal, reported and
-// scaled covariances (docs/method.md, section 3.3). One definition for the prior of an image, the
-// edges of local and global bundle adjustment and of the pose graph.
+// scaled covariances (docs/method.md, sections 3.3 and 3.5). One definition for the prior of an
+// image, the edges of local and global bundle adjustment and of the pose graph.
 //
 // Covariances are those of a right perturbation [translation; rotation] of the motion; m^2, rad^2.
 #pragma once
@@ -13,7 +13,8 @@
 namespace gw {
 
 // Sigma_d0 of an interval: diag(sigma_t^2, sigma_r^2) of the configuration for each 1/30 s of it,
-// the period of the paper's frames. interval > 0.
+// the period of the frames of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, section III-B.
+// interval > 0.
 Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config);
 
 // Sigma_d of an edge between keyframes: the larger of nominal and reported covariance, in every

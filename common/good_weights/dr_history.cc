@@ -34,7 +34,7 @@ Matrix6d Factor(const Matrix6d& cov) {
   return L;
 }
 
-// Of the common errors that the state tells; twist: the factor of its C.
+// Sigmas of the common errors that the state tells. twist: the factor of its covariance C.
 DrCommon Sigmas(const DrState& state, const Matrix6d& twist) {
   DrCommon sigma;
   sigma << twist.diagonal(), state.way_scale_sigma, state.turn_scale_sigma;

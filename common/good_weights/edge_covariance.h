@@ -1,6 +1,6 @@
 // How strongly dead reckoning (DR) ties two keyframes that follow each other: the covariance of
 // their edge in local bundle adjustment, in the pose graph of loops and in global bundle adjustment
-// (docs/method.md, section 3.4).
+// (docs/method.md, sections 3.5 and 3.6).
 #pragma once
 
 #include "common/config/dr_weight_config.h"
@@ -13,9 +13,9 @@ namespace gw {
 // more than the filter believes itself (docs/adr/0012-no-more-than-dr-knows.md).
 Matrix6d EdgeCovariance(const DrMotion& motion, double alpha, Variant variant);
 
-// Squared radius of Cauchy's loss on an edge of dead reckoning in bundle adjustment and pose graph:
-// the 99.9 % quantile of chi-square with 6 degrees of freedom. An edge that is honest is hardly
-// touched by it, one that contradicts what hundreds of observations say lets go.
+// Squared radius of Cauchy's loss on an edge of dead reckoning in local and global bundle
+// adjustment: the 99.9 % quantile of chi-square with 6 degrees of freedom. An edge that is honest
+// is hardly touched by it, one that contradicts what hundreds of observations say lets go.
 inline constexpr double kDrRadius2 = 22.46;
 
 // Against a loop an edge counts no more than its drift allows, whatever alpha makes of it against

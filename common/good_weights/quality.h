@@ -1,5 +1,5 @@
 // The health of visual tracking, as a number between 0 (blind) and 1 (healthy): of one image, and
-// of the tie between two keyframes that follow each other (docs/method.md, section 3.1).
+// of the tie between two keyframes that follow each other (docs/method.md, sections 3.2 and 3.4).
 #pragma once
 
 #include "common/config/dr_weight_config.h"
@@ -25,8 +25,9 @@ double EdgeQuality(double shared_close, double connection_reference, double qual
 // An edge of a chain lacks quality 1 - Q. The lack reaches the neighbours along the chain, halved
 // with every hop: this is what is left of it `hops` edges away. An edge takes the largest of its
 // own and of what reaches it from at most kSmoothingHops away, so that a poorly connected keyframe
-// strengthens its neighbours and never loses its own support to them (figure "dr_ba" of the paper;
-// the kernel is ours: docs/adr/0010-dr-edges-of-local-ba.md).
+// strengthens its neighbours and never loses its own support to them (Du, Peng, Vela, "Good
+// Weights", arXiv 2509.22910, figure "dr_ba"; the kernel is ours:
+// docs/adr/0010-dr-edges-of-local-ba.md).
 inline constexpr int kSmoothingHops = 3;
 double LackReaching(double lack, int hops);
 
@@ -36,8 +37,9 @@ inline constexpr double kWeakLack = 0.5;
 // Quality from which vision counts as healthy.
 inline constexpr double kHealthyQuality = 0.9;
 
-// Whether vision carries the pose of this image in full health, and mostly by itself: only then may
-// the pose judge dead reckoning. A judge sees an error of dead reckoning smaller by its own share.
+// True when vision carries the pose of this image in full health, and mostly by itself: only then
+// may the pose judge dead reckoning. A judge sees an error of dead reckoning smaller by its own
+// share.
 bool VisionMayJudgeDr(const FramePose& frame);
 
 }  // namespace gw

@@ -22,7 +22,7 @@ class HealthReporter {
   // For a counter that is kept elsewhere.
   void SetCounter(const std::string& name, int64_t n) { counters_[name] = n; }
   int64_t counter(const std::string& name) const;
-  // Of one step, from the arrival of its input to its output.
+  // Adds the latency of one step, from the arrival of its input to its output.
   void AddLatency(DurationUs latency);
   // Messages waiting now.
   void NoteQueue(int64_t depth) { queue_peak_ = std::max(queue_peak_, depth); }

@@ -24,7 +24,7 @@ class LogLine {
   using Field = std::pair<std::string_view, std::string>;
   using Sink = std::function<void(const std::string& line)>;  // the line ends with '\n'
 
-  // Of one event, at most one line per min_interval is written; the next says how many were not.
+  // At most one line about one event is written per min_interval; the next says how many were not.
   explicit LogLine(DurationUs min_interval = {1'000'000}, Sink sink = WriteToStderr)
       : min_interval_(min_interval), sink_(std::move(sink)) {}
 

@@ -54,7 +54,7 @@ class Optimizer {
         prior_(prior),
         use_(observations.size(), kPixelAndDepth) {}
 
-  // Of the observations in use. robust: Huber's weights, else plain squares.
+  // Normal equations of the observations in use. robust: Huber's weights, else plain squares.
   NormalEquations OfVision(const SE3& T_WC, bool robust) const {
     NormalEquations out;
     const SE3 T_CW = T_WC.inverse();

@@ -26,7 +26,7 @@ void DeliveryFields(A& a, typename A::template Of<Delivery>& delivery) {
   a.Duration("session", delivery.session);
   Seq(a, "oldest_seq", delivery.oldest_seq);
 }
-// Of messages whose struct knows only the seq, or nothing of its delivery.
+// Fields of delivery for messages whose struct knows only the seq, or nothing of its delivery.
 template <typename A>
 void DeliveryFields(A& a, typename A::template Of<int64_t>& seq) {
   Delivery delivery{.seq = seq};

@@ -131,7 +131,8 @@ struct Header {
 // Empty when the message is too short to be one of ours.
 std::optional<Header> ReadHeader(ByteSpan message);
 
-// Of messages of `type` (a Channel::type, "imu_t"). Precondition: the type is in kChannels.
+// LCM fingerprint of messages of `type` (a Channel::type, "imu_t"). Precondition: the type is in
+// kChannels.
 int64_t FingerprintOf(std::string_view type);
 
 // Sequence of a KEYFRAME, MAP_UPDATE or MAP_REQUEST message, at fixed places behind the utime.

@@ -123,7 +123,7 @@ double Median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-// Of a normal distribution with the same median absolute value.
+// Standard deviation of a normal distribution with the same median absolute value.
 double RobustSigma(std::vector<double> v) {
   for (double& x : v) x = std::abs(x);
   return 1.4826 * Median(v);

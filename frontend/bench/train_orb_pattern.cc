@@ -5,11 +5,11 @@
 // The shipped table was made from the 84 photographs of place_recognition_84, every fifth left
 // image of kitti_stereo_51, and the left images 20 and 40 of euroc_v101_static.
 //
-// As in the ORB paper (Rublee et al. 2011), tests are taken greedily from many random ones, best
-// first, unless they correlate with one already taken. Best here means not only a bit that is
-// balanced over all patches, but also one that keeps its value when the camera moves: every image
-// is seen a second time, turned, scaled, sheared, blurred and with noise, and a bit that differs
-// between two views of one corner counts against the test.
+// As Rublee, Rabaud, Konolige, Bradski, "ORB", ICCV 2011, do, tests are taken greedily from many
+// random ones, best first, unless they correlate with one already taken. Best here means not only a
+// bit that is balanced over all patches, but also one that keeps its value when the camera moves:
+// every image is seen a second time, turned, scaled, sheared, blurred and with noise, and a bit
+// that differs between two views of one corner counts against the test.
 #include <algorithm>
 #include <bit>
 #include <cmath>

@@ -1,5 +1,5 @@
 // How well vision ties keyframes that follow each other: reads from the map what the law of
-// common/good_weights asks for (docs/method.md, section 3.1).
+// common/good_weights asks for (docs/method.md, section 3.4).
 //
 // Close landmarks are those with depth in one of the two keyframes at least. Far landmarks do not
 // tell how far the robot went, however many they are (docs/adr/0007-what-counts-as-tracked.md).
@@ -14,7 +14,8 @@ namespace gw::backend {
 // C_ij. Precondition: both are in the map.
 int SharedCloseLandmarks(const Map& map, KeyframeId a, KeyframeId b);
 
-// C_ref before there is a median (paper, section III-C), and the least that it can be.
+// C_ref before there is a median (Du, Peng, Vela, "Good Weights", arXiv 2509.22910, section III-C),
+// and the least that it can be.
 inline constexpr int kInitialConnectionReference = 20;
 
 // C_ref: median of C_ij over the newest kReferenceKeyframes temporal edges whose two ends are well

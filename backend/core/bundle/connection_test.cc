@@ -82,8 +82,9 @@ TEST(QualityOfEdge, CountsLandmarksWithDepthOnly) {
   EXPECT_DOUBLE_EQ(QualityOfEdge(map, {4}, 100), 0.0);
 }
 
-// The paper's picture (fig. dr_ba): K4 and K5 are poorly connected. Their edges are strongest,
-// those of their neighbours stronger than vision alone would make them, fading with distance.
+// The picture of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, figure "dr_ba": K4 and K5 are
+// poorly connected. Their edges are strongest, those of their neighbours stronger than vision alone
+// would make them, fading with distance.
 TEST(SmoothedLack, StrengthensTheNeighboursOfPoorlyConnectedKeyframesAndFadesOut) {
   const Map map = Chain({100, 100, 5, 5, 5, 100, 100, 100, 100, 100});
   const std::vector<double> alpha = Alphas(map, 100);  // edges into K2, K3, K4, ...

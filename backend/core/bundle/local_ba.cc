@@ -23,9 +23,9 @@ namespace {
 // their Huber-bounded pull is too small to be worth a second one; they leave the map all the same.
 constexpr double kNegligibleOutliers = 0.005;
 
-// Of a job whose landmarks settle first. A landmark with a larger share of its distance as standard
-// deviation sits out: a step of three sigmas takes it behind a camera, and the solver, which has
-// one step length for all, then shortens that of the whole map a thousandfold.
+// Limit of vagueness in a job whose landmarks settle first. A landmark with a larger share of its
+// distance as standard deviation sits out: a step of three sigmas takes it behind a camera, and the
+// solver, which has one step length for all, then shortens that of the whole map a thousandfold.
 constexpr double kTooVague = 1.0 / 3;
 // Where every landmark sits in its own minimum, whole Gauss-Newton steps are good; shorter ones
 // hold back the soft bends of the map, which are all that is left to mend.

@@ -3,9 +3,9 @@
 // plan, solve, apply: Mapper::BuildJob cuts an immutable snapshot from the map, SolveLocalBa is a
 // pure function that may run on another thread, Mapper::Apply merges the result. Cost: Huber
 // reprojection errors, pixel and depth apart, and the DR edges between temporal neighbours
-// (method.md section 2). A depth that does not fit is left out; a pixel that does not fit takes its
-// observation out of the map.
-// Bounded by iteration counts only; the same job gives the same bytes.
+// (docs/method.md, section 2). A depth that does not fit is left out; a pixel that does not fit
+// takes its observation out of the map. Bounded by iteration counts only; the same job gives the
+// same bytes.
 #pragma once
 
 #include <atomic>

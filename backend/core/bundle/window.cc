@@ -17,8 +17,9 @@ namespace {
 constexpr int kTemporalAlways = 5;      // predecessors in time that belong to every window
 constexpr int kTemporalWhileWeak = 60;  // and at most so many while vision binds them weakly
 constexpr int kGlobalIterations = 20;   // of global BA, per pass
-// Of global BA: ten thousands of observations outweigh a lap's dead reckoning in the cost, which
-// still moves the map where they have converged to 1e-4.
+// Relative change of the cost at which global BA has converged. Ten thousands of observations
+// outweigh a lap's dead reckoning in the cost, which still moves the map where they have converged
+// to 1e-4.
 constexpr double kGlobalTolerance = 1e-6;
 // Prior of the scales of DR in global BA, as in the DR filter (wheel_scale_sigma,
 // gyro_scale_sigma): wheels wear, floors differ, and what the filter learnt of it is as good as

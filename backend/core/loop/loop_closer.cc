@@ -30,7 +30,8 @@ int32_t SideReach(int32_t older, int32_t newer) {
 constexpr double kVisualTranslation = 0.02;  // m
 constexpr double kVisualRotation = 0.008;    // rad
 
-// Of one of `edges` that tie the same keyframe.
+// Square root of the information of a visual edge, one of `edges` that tie the same keyframe. Their
+// errors are the same, so that they share the information of a single one.
 Matrix6d VisualSqrtInformation(size_t edges) {
   const double scale = 1.0 / std::sqrt(static_cast<double>(edges));
   Vector6d s;

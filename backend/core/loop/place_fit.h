@@ -46,7 +46,7 @@ std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
 // the errors that its landmarks have in common.
 Matrix6d FitCovariance(const PlaceFit& fit);
 
-// Whether the keyframe shows a place that one of `places` shows: one of each is enough to try.
+// True when the keyframe shows a place that one of `places` shows: one of each is enough to try.
 inline constexpr int kSamePlaceShared = 15;  // landmarks that two views of one place share
 bool IsOneOf(const Map& map, const std::vector<KeyframeId>& places, KeyframeId keyframe);
 

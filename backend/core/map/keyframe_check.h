@@ -28,7 +28,7 @@ bool IsInReach(const Eigen::Vector3d& p);
 KeyframeFault CheckKeyframe(const Keyframe& keyframe);
 const char* KeyframeFaultText(KeyframeFault fault);
 
-// Whether a DR increment can be used as an edge that ends at `utime_end`: finite, covariance
+// True when a DR increment can be used as an edge that ends at `utime_end`: finite, covariance
 // symmetric with positive diagonal, times in order.
 bool IsUsable(const DrIncrement& dr, Utime utime_end);
 

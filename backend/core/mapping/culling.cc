@@ -63,7 +63,7 @@ bool IsRedundant(const Map& map, const MappingContext& context, const MapKeyfram
   return close > 0 && redundant > context.config.redundant_share * close;
 }
 
-// Whether the one DR edge of the keyframe is weak in vision and the other is not.
+// True when one DR edge of the keyframe is weak in vision and the other is not.
 bool JoinsUnequalEdges(const Map& map, const MapKeyframe& keyframe, double reference) {
   const MapKeyframe* next = map.FindKeyframe(keyframe.next);
   if (!keyframe.frame.dr || next == nullptr || !next->frame.dr) return false;

@@ -9,7 +9,7 @@ namespace gw::backend {
 
 inline constexpr int kMatchHamming = 50;  // of 256 bits; strict, a wrong match costs more than none
 
-// Whether the landmark has an observation in the keyframe.
+// True when the landmark has an observation in the keyframe.
 bool Observes(const Landmark& landmark, KeyframeId keyframe);
 
 // Where the landmark should appear from T_WC: ProjectLandmark with the context's camera.

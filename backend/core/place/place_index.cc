@@ -6,7 +6,8 @@
 namespace gw::backend {
 namespace {
 
-// Of 16 bits; a true match (at most 32 of 256) differs in 2 on average, chance in 8.
+// Greatest Hamming distance of two groups of 16 bits that are compared further. A true match (at
+// most 32 of 256 bits) differs in 2 of the 16 on average, chance in 8.
 constexpr int kMaxSketchDistance = 5;
 
 // Group t holds bits t, t + 16, t + 32, ...: neighbouring bits of a descriptor may be related. So

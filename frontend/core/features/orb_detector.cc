@@ -155,8 +155,8 @@ void Scores(const uint8_t* first, const Offsets& offsets, int threshold, int cou
 #endif
 }
 
-// Of 16 scores in a row: bit i is set when score i is not zero, above its neighbours in the row
-// above and to the left, and not below the others.
+// Local maxima among 16 scores in a row: bit i is set when score i is not zero, above its
+// neighbours in the row above and to the left, and not below the others.
 int Peaks(const uint8_t* above, const uint8_t* at, const uint8_t* below) {
 #if defined(__SSE4_1__)
   const __m128i score = Load(at);

@@ -31,7 +31,7 @@ class OrbExtractor {
   void Extract(const ImageView& image, const ImageBuffer* valid,
                std::vector<OrbKeypoint>* keypoints, std::vector<Descriptor>* descriptors);
 
-  // Of the last Extract().
+  // The pyramid of the image that Extract() saw last.
   const ImagePyramid& pyramid() const { return pyramid_; }
 
  private:

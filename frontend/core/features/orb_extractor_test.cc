@@ -31,7 +31,7 @@ Features Extract(const ImageBuffer& image, const OrbConfig& config = {}) {
   return out;
 }
 
-// Of a pixel of the second image the place in the first.
+// Takes a pixel of the second image to its place in the first.
 using Warp = std::function<Eigen::Vector2d(double, double)>;
 
 TEST(OrbExtractor, DescriptorsOfATurnedImageMatch) {

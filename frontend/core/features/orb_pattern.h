@@ -18,7 +18,8 @@ struct OrbTest {
 using OrbPattern = std::array<OrbTest, 256>;
 
 // Made by frontend/bench/train_orb_pattern.cc. On TUM fr1_rpy, which it was not trained on, it
-// gives 12 % more right matches than 256 random tests (Gaussian, as the BRIEF paper recommends).
+// gives 12 % more right matches than 256 random tests (Gaussian, as Calonder, Lepetit, Strecha,
+// Fua, "BRIEF", ECCV 2010, recommend).
 extern const OrbPattern kOrbPattern;
 
 }  // namespace gw::frontend

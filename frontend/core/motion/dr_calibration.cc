@@ -14,7 +14,7 @@ constexpr double kWaySigma = 0.008;      // m
 // Scales drift with temperature and tyres: 0.1 % in 100 s.
 constexpr double kVarianceRate = 1e-8;  // 1/s
 constexpr double kGateSigmas = 4;
-// Of a DR source that says nothing of its scales.
+// Doubt of the scales of a DR source that says nothing of them.
 constexpr double kUntoldHeadingSigma = 0.01;
 constexpr double kUntoldWaySigma = 0.02;
 // A straight: long, so that the noise of vision counts little, and straight, so that an error of

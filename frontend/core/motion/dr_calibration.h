@@ -55,8 +55,8 @@ class DrCalibration {
     double scale;  // that its motions hold
     double sigma;
   };
-  // Of vision alone, in information form: motions that tell next to nothing of the scale (a
-  // straight way for the heading) then add next to nothing, however small they are.
+  // What vision alone knows of a scale, in information form: motions that tell next to nothing of
+  // it (a straight way for the heading) then add next to nothing, however small they are.
   struct Scale {
     double weighted = 0;  // information times estimate
     double information = 0;

@@ -56,7 +56,7 @@ class MotionModel {
     Utime a, b;
     SE3 T_ab;              // the camera's motion: the velocity to go on with
     bool healthy = false;  // well enough to teach DR its scale errors, and to doubt it
-    // Of the image at b, where healthy: the pose by vision alone, and its covariance.
+    // The pose of the image at b by vision alone and its covariance; set where healthy.
     SE3 T_WC_vision;
     Matrix6d cov_vision = Matrix6d::Identity();
   };

@@ -21,11 +21,11 @@
 
 namespace gw::frontend {
 
-// Whether two poses that dead reckoning says are the same (error between them) are one place; way:
-// m, that lies between them.
+// True when two poses that dead reckoning says are the same (error between them) are one place.
+// way: m, that lies between them.
 bool SamePlace(const SE3& error, double way = 0);
 
-// Whether so little time and motion lie between two images that they must show the same scene.
+// True when so little time and motion lie between two images that they must show the same scene.
 bool InARow(DurationUs time, const SE3& motion);
 
 // What one image told.
@@ -51,9 +51,9 @@ class PlaceConfirmation {
   static constexpr DurationUs kMemory =
       Milliseconds(5000);  // answers older than this are forgotten
 
-  // Whether vision breaks here: it was good in the images just before, and this one has nothing of
-  // it, or only so little that chance gives as much; or the view is another one, and no more than
-  // chance speaks for the pose.
+  // True when vision breaks here: it was good in the images just before, and this one has nothing
+  // of it, or only so little that chance gives as much; or the view is another one, and no more
+  // than chance speaks for the pose.
   bool Contradicts(const PlaceEvidence& now) const;
 
   // After every image. True: ask the back-end about it.

@@ -1,5 +1,6 @@
-// Whether two images in a row show the same scene, by their features alone: it needs no map, so it
-// also notices that the robot was carried away where dead reckoning leads and nothing is mapped.
+// Tells by their features alone whether two images in a row show the same scene: it needs no map,
+// so it also notices that the robot was carried away where dead reckoning leads and nothing is
+// mapped.
 #pragma once
 
 #include <optional>
@@ -15,7 +16,7 @@ class ViewChange {
  public:
   explicit ViewChange(const RectifiedCamera& camera) : camera_(camera) {}
 
-  // Whether this image shows nothing of the remembered one, although both are rich and dead
+  // True when this image shows nothing of the remembered one, although both are rich and dead
   // reckoning saw hardly any motion between them. T_OC: its camera in the odometry frame; empty
   // without dead reckoning.
   bool Changed(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) const;

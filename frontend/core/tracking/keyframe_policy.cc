@@ -9,7 +9,8 @@ namespace {
 // rad).
 constexpr double kStillParallax = 0.015;
 constexpr double kStillRotation = 0.02;
-// Blind chain (method.md 4.3): so often that the DR edges stay short against their own noise.
+// Blind chain (docs/method.md, section 5.8): so often that the DR edges stay short against their
+// own noise.
 constexpr double kBlindTranslation = 0.4;  // m
 constexpr double kBlindRotation = 0.35;    // rad
 // Light is back, but the old map is not found: in so many images it is looked for before the map

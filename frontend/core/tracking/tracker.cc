@@ -205,7 +205,7 @@ void Tracker::Impl::Locate(Image* image) {
   image->found = placed() || image->hinted ? Find(*image) : FindAnywhere(image->utime);
 }
 
-// Whether a pose that vision finds after it was broken is to be believed. Call after uncertainty_
+// True when a pose that vision finds after it was broken is to be believed. Call after uncertainty_
 // was predicted.
 bool Tracker::Impl::Believable(const Image& image) {
   const PoseEstimate& e = image.found.estimate;
@@ -223,7 +223,7 @@ bool Tracker::Impl::Believable(const Image& image) {
   return verdict != Recovery::Verdict::kWait;
 }
 
-// Whether the pose that vision found is taken over. What it finds after it was broken has to be
+// True when the pose that vision found is taken over. What it finds after it was broken has to be
 // believed; without dead reckoning there is nothing to hold against it, but that the place is in
 // doubt or not known.
 bool Tracker::Impl::IsBelieved(const Image& image, const FramePose& report) {
@@ -332,7 +332,7 @@ TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
   return Track(frame.utime, frame.seq, frame_, problem);
 }
 
-// Of an image that is not newer than the one before.
+// Answers an image that is not newer than the one before, and is not used.
 TrackerOutput Tracker::Impl::Refuse(TrackerOutput out) const {
   out.pose.reason = TrackingReason::kTimeReversed;
   out.pose.status = StatusOf(state_, {.time_reversed = true});
@@ -384,8 +384,8 @@ Tracker::Impl::Image Tracker::Impl::Predict(Utime utime) {
   return image;
 }
 
-// Whether the image shows another scene than the one before. Many inliers answer the question; else
-// the images are compared.
+// Finds out whether the image shows another scene than the one before. Many inliers answer the
+// question; else the images are compared.
 void Tracker::Impl::CompareViews(const Image& image) {
   const std::optional<SE3> T_OC = motion_.OdometryPose(image.utime);
   const bool weak = VisionBroken() || !image.found.found ||

@@ -348,7 +348,7 @@ class StartInASavedMap : public testing::Test {
 
 TEST_F(StartInASavedMap, ClaimsNothingUntilThreeAnswersAgree) {
   Tracker tracker = Make(world_, Variant::kFull);
-  // Whether there is a map is not known either.
+  // It is not known either whether there is a map.
   EXPECT_FALSE(ClaimsAPlace(See(tracker, 0).pose));
   EXPECT_TRUE(tracker.Push(map_));
   std::vector<PlaceQuery> asked;

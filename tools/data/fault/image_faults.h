@@ -10,9 +10,9 @@ class ImageFaults {
  public:
   explicit ImageFaults(const FaultPlan& plan) : plan_(plan) {}
 
-  // Whether the message at this time since the begin of the log is lost.
+  // True when the message at this time since the begin of the log is lost.
   bool Lost(DurationUs since_begin, int64_t seq) const;
-  // Whether the images change at this time.
+  // True when the images change at this time.
   bool Touches(DurationUs since_begin) const;
   // To be called with every camera message, in time order: a freeze shows the last one before it.
   void Remember(DurationUs since_begin, const wire::Bytes& message);

@@ -7,8 +7,9 @@
 namespace gw::importer {
 namespace {
 
-// Of the width or height. Published cameras of the formats here have up to 3.5 % (EuRoC's cam1);
-// intrinsics of 640 columns for 848 have 12 %.
+// Greatest distance of the principal point from the middle of the image, as a share of its width or
+// height. Published cameras of the formats here have up to 3.5 % (EuRoC's cam1); intrinsics of 640
+// columns for 848 have 12 %.
 constexpr double kLargestShift = 0.08;
 
 void WarnOfEye(const char* name, const PinholeIntrinsics& eye, Recording& recording) {

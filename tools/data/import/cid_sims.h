@@ -1,4 +1,5 @@
-// CID-SIMS (Zhang et al. 2023), the paper's public benchmark: RGB-D, IMU and wheels.
+// CID-SIMS (Zhang et al. 2023), the public benchmark of Du, Peng, Vela, "Good Weights", arXiv
+// 2509.22910: RGB-D, IMU and wheels.
 #pragma once
 
 #include <filesystem>

@@ -45,7 +45,7 @@ struct Span {
   Utime begin, end;
 };
 
-// Of the stream that the IMU has to share its clock with.
+// Name and span of the stream that the IMU has to share its clock with.
 std::optional<std::pair<std::string, Span>> OtherClock(const Recording& recording) {
   if (!recording.wheel.empty()) {
     return std::pair{"the wheels'",

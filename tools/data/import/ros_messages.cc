@@ -108,7 +108,7 @@ Result<RawImage> ReadImage(RosBytes message) {
   return image;
 }
 
-// Whether rows of this many bytes per pixel are really there.
+// True when rows of this many bytes per pixel are really there.
 bool Fits(const RawImage& image, size_t pixel_bytes) {
   const size_t row = static_cast<size_t>(image.width) * pixel_bytes;
   return image.step >= row &&

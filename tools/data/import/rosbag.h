@@ -23,7 +23,7 @@ struct RosbagOptions {
   std::string mount;
 };
 
-// Whether this build can read bags.
+// True when this build can read bags.
 bool HasRosbagSupport();
 
 // RGB-D: images pair with the nearest depth within 20 ms. Ground truth is the pose of the body.

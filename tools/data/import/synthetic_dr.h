@@ -13,7 +13,7 @@
 namespace gw::importer {
 
 // The error of the increment over dt is Exp(n + b dt) on its right:
-//   n ~ N(0, sigma^2 * 30 dt) per axis: sigma is "per frame" of 30 Hz, as the paper states DR noise
+//   n ~ N(0, sigma^2 * 30 dt) per axis: sigma is "per frame" of 30 Hz (docs/method.md, section 1.3)
 //   b ~ N(0, bias^2) per axis at the begin, then a random walk of walk per sqrt(s).
 // cov_twist_white and cov_twist_coherent state exactly this, so that DrHistory::Increment is
 // honest.

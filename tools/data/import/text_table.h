@@ -29,7 +29,7 @@ class TextRow {
   // The fields from `index` on with single blanks between: a file name that holds blanks.
   // Precondition: index < size().
   std::string RestOfLine(size_t index) const;
-  // Whether one of count fields from index on says nan or inf: how programs write a measurement
+  // True when one of count fields from index on says nan or inf: how programs write a measurement
   // that they do not have. False where fields are missing.
   bool HasNonFinite(size_t index, size_t count) const;
 
@@ -57,7 +57,7 @@ class TextRow {
 // out, so that a few of them do not make a recording useless.
 class SpoiltRows {
  public:
-  // Whether the row has nan or inf in the fields; counts it.
+  // True when the row has nan or inf in the fields; counts it.
   bool Skip(const TextRow& row, size_t index, size_t count);
   void Add(const TextRow& row, const std::string& why);
 

@@ -36,7 +36,7 @@ class LogClock {
   DurationUs Add(Utime received);
 
   const std::vector<TimeStep>& steps() const { return steps_; }
-  // Of the log, all pieces one after the other.
+  // Length of the log, all pieces one after the other.
   DurationUs length() const { return length_; }
 
  private:

@@ -10,7 +10,7 @@
 namespace gw::tools {
 namespace {
 
-// Of the session that made the keyframe.
+// Pose of the body, with the camera's mounting of the session that made the keyframe.
 SE3 BodyPose(const backend::LoadedMap& loaded, const Keyframe& keyframe) {
   SE3 T_BC;
   for (const backend::MapSession& session : loaded.sessions) {

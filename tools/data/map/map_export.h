@@ -13,7 +13,7 @@ std::string PlyText(const backend::LoadedMap& loaded);
 
 // g2o pose graph of the rectified left camera: VERTEX_SE3:QUAT by keyframe id, and EDGE_SE3:QUAT
 //  - for each DR increment, with the measured motion and the information alpha * inv(cov) that
-//    mapping uses (nominal DR noise as in the paper; alpha 1 where local BA has not set it),
+//    mapping uses (nominal DR noise of docs/method.md, 1.3; alpha 1 where local BA has not set it),
 //  - for each pair with at least min_shared common landmarks, with the motion between the present
 //    poses; its information is the number of these landmarks times identity, a weight and not a
 //    measured one.

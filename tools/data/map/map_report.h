@@ -16,7 +16,7 @@ struct SessionReport {
   std::string version;
   KeyframeId first_keyframe;
   int64_t keyframes = 0;  // of it that are still in the map
-  // Of these; equal to each other without any.
+  // Times of the first and last of these keyframes; equal to each other without any.
   Utime first_utime, last_utime;
 };
 

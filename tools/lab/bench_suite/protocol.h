@@ -1,7 +1,7 @@
-// The paper's protocol (section IV-A): a sequence counts as failed for a method when any of its
-// runs has an APE RMSE above 10 m or tracked less than half of the images. Completeness is the
-// share of sequences that did not fail; methods are ranked by it, ties by the mean RMSE over the
-// sequences they finished.
+// The protocol of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, section IV-A: a sequence counts
+// as failed for a method when any of its runs has an APE RMSE above 10 m or tracked less than half
+// of the images. Completeness is the share of sequences that did not fail; methods are ranked by
+// it, ties by the mean RMSE over the sequences they finished.
 #pragma once
 
 #include <functional>

@@ -16,8 +16,9 @@ struct BenchReport {
 };
 
 std::string RenderMarkdown(const BenchReport& report);
-std::string RenderCsv(const BenchReport& report);          // one line per run
-std::string RenderRankingPlot(const BenchReport& report);  // as the paper's figure "cid_bench"
-std::string RenderInputsPlot(const BenchReport& report);   // a panel per input
+std::string RenderCsv(const BenchReport& report);  // one line per run
+// Like figure "cid_bench" of Du, Peng, Vela, "Good Weights", arXiv 2509.22910.
+std::string RenderRankingPlot(const BenchReport& report);
+std::string RenderInputsPlot(const BenchReport& report);  // a panel per input
 
 }  // namespace gw::bench

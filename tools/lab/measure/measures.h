@@ -37,10 +37,10 @@ struct Measures {
 
 Measures Measure(const SlamRun& run, const eval::Trajectory& truth, eval::Alignment alignment);
 
-// Of at least one value; between the middle two of an even count.
+// Median of at least one value; between the middle two of an even count.
 double Median(std::vector<double> values);
-// The value that a share q of them does not exceed (0 to 1; nearest rank from below). Of at least
-// one value.
+// The value that a share q of the values does not exceed (0 to 1; nearest rank from below).
+// Precondition: at least one value.
 double Quantile(std::vector<double> values, double q);
 
 }  // namespace gw::measure

@@ -39,8 +39,9 @@ struct StoredRun {
   RunOrigin origin;
 };
 
-// A folder of gw-slam; `timing` is the file of --timing, or empty. Of FramePose only what
-// frames.csv and covariance.csv hold is filled. Error: kNotFound, kIo, kBadData with file:line.
+// Reads a folder of gw-slam; `timing` is the file of --timing, or empty. Only those fields of
+// FramePose are filled that frames.csv and covariance.csv hold. Error: kNotFound, kIo, kBadData
+// with file:line.
 Result<StoredRun> ReadRun(const std::string& folder, const std::string& timing);
 
 }  // namespace gw::measure

@@ -6,7 +6,8 @@
 namespace gw::tools {
 namespace {
 
-// Of the images from `begin` on; from the earliest to the latest, should their times go back.
+// Time that the images from `begin` on take; from the earliest to the latest, should their times go
+// back.
 DurationUs LogLength(const std::vector<FramePose>& frames, size_t begin) {
   const size_t n = frames.size() - begin;
   const auto [first, last] =

@@ -1,6 +1,6 @@
-// Study "alpha-sweep" (paper fig. "dr_weight"): the pose error over a span of a log with a fixed
-// scale of the DR information, against that scale, with pure dead reckoning and the adaptive scale
-// for comparison.
+// Study "alpha-sweep" (Du, Peng, Vela, "Good Weights", arXiv 2509.22910, figure "dr_weight"): the
+// pose error over a span of a log with a fixed scale of the DR information, against that scale,
+// with pure dead reckoning and the adaptive scale for comparison.
 #pragma once
 
 #include <vector>

@@ -40,7 +40,7 @@ class GrowthMeter {
   size_t frames_ = 0, jobs_ = 0;  // measured in the samples so far
 };
 
-// Of one lap: its last sample's map and memory; times over all of it.
+// The sample of one lap: map and memory of its last sample, times over all of it.
 GrowthSample OfLap(const std::vector<GrowthSample>& samples, const tools::SlamSession& session,
                    const tools::Lap& lap);
 

@@ -1,4 +1,5 @@
-// Study "latency" (paper IV, Runtime): front-end time per image of `none` and `full` on one log.
+// Study "latency" (Du, Peng, Vela, "Good Weights", arXiv 2509.22910, section IV, runtime):
+// front-end time per image of `none` and `full` on one log.
 //
 // Both run in this process over the same events at the same time, image by image, the order swapped
 // with every image: whatever else the machine does hits both alike. Medians of single runs on a
@@ -28,7 +29,7 @@ int64_t SteadyMicroseconds() {
 
 struct Repeat {
   std::vector<double> ms[2];  // per image, of kVariants
-  // Of the full variant over the vision-only one.
+  // Time of the full variant over that of the vision-only one.
   double ratio() const { return measure::Median(ms[1]) / measure::Median(ms[0]); }
 };
 

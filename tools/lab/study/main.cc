@@ -1,4 +1,5 @@
-// gw-study: the paper's figures, localisation in a map and its loops, one command each.
+// gw-study: the figures of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, localisation in a map
+// and its loops, one command each.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>

@@ -1,5 +1,6 @@
-// Study "quality" (paper fig. "tracking_quality"): does the pose error of vision depend on how many
-// features an image has and how many of them are tracked?
+// Study "quality" (Du, Peng, Vela, "Good Weights", arXiv 2509.22910, figure "tracking_quality"):
+// does the pose error of vision depend on how many features an image has and how many of them are
+// tracked?
 //
 // Run with variant da: poses come from vision alone, dead reckoning only helps to find matches and
 // bridges what vision loses, so that weak images are seen more than once. With `none` the first

@@ -129,7 +129,8 @@ class RepeatRunStudy : public Study {
     return files;
   }
 
-  // Of the variant's first seed, lap by lap, each quantity with its growth over the lap before.
+  // Costs of the variant's first seed, lap by lap, each quantity with its growth over the lap
+  // before.
   static std::string CostTable(const VariantResult& result) {
     std::string out =
         "\nWhat `" + result.variant +

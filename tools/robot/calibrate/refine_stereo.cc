@@ -132,7 +132,7 @@ class Adjustment {
     for (Track& track : tracks_) track.used = track.used && Norm(track) < limit_px;
   }
 
-  // Of one coordinate.
+  // Root mean square of the residuals, per coordinate.
   double Rms() const {
     double sum = 0;
     for (const Track& track : tracks_) {
@@ -141,7 +141,7 @@ class Adjustment {
     return std::sqrt(sum / (kResidualsPerTrack * static_cast<double>(num_used())));
   }
 
-  // Of the shared change, for residuals of 1 px. Empty matrix: singular.
+  // Covariance of the shared change, for residuals of 1 px. Empty matrix: singular.
   Eigen::MatrixXd SharedCovariance() {
     ceres::Problem problem;
     Build(&problem);

@@ -32,7 +32,7 @@ class Monitor {
   int64_t poses() const { return static_cast<int64_t>(frames_.size()); }
   // Images whose FRAME_POSE never came.
   int64_t images_without_pose() const;
-  // Of the images with pose, us; q in [0, 1]. 0 when there is none.
+  // Quantile of the latency of images with pose, us; q in [0, 1]. 0 when there is none.
   int64_t LatencyQuantile(double q) const;
 
   struct Frame {

@@ -27,7 +27,7 @@ const char* PoseStateName(PoseState state) {
 PoseGuard::Verdict PoseGuard::Judge(const std::optional<RobotPose>& pose, Utime now) {
   if (!pose) return {};
   if (now - pose->utime > Milliseconds(config_.pose_timeout_ms)) return {PoseState::kStale, 0};
-  // Of the limits at which it stops.
+  // The share that is used of the limits at which it stops.
   const double used = std::max(pose->sigma_m / config_.stop_sigma_m,
                                pose->sigma_rad / (config_.stop_sigma_deg * kDeg));
   uncertain_ = used > (uncertain_ ? kResumeShare : 1.0);

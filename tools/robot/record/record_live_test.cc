@@ -29,7 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 using wire::Bytes;
 
-// Of the private network that the test is started in: test/multiproc/in_private_network.py.
+// Multicast address in the private network that the test is started in
+// (test/multiproc/in_private_network.py).
 constexpr char kUrl[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 
 int64_t RecordSeconds() {

@@ -14,7 +14,7 @@ const GroundTruth* TruthAt(const std::vector<GroundTruth>& truth, Utime utime) {
   const auto next = std::lower_bound(truth.begin(), truth.end(), utime - kSameInstant,
                                      [](const GroundTruth& g, Utime t) { return g.utime < t; });
   if (next == truth.end() || next->utime > utime + kSameInstant) return nullptr;
-  // Of two within reach, the nearer.
+  // The nearer one of two that are within reach counts.
   const auto after = next + 1;
   if (after == truth.end()) return &*next;
   const auto off = [utime](const GroundTruth& g) { return std::abs((g.utime - utime).us); };

@@ -38,7 +38,7 @@ bool IsBlind(TrackingStatus status);
 // The estimate is tied to the truth at the first image that has both, and not aligned after.
 RunAnalysis Analyse(const tools::Monitor& monitor);
 
-// Of the newest image, for a progress line. Cheap: does not look at the whole run.
+// Error of the newest image, for a progress line. Cheap: does not look at the whole run.
 class ErrorNow {
  public:
   // Metres; empty without truth.

@@ -48,7 +48,8 @@ void AutoExposure::Observe(double mean_grey) {
 
 Eigen::Vector2d ImageMotion(const Pinhole& camera, const CameraMotion& motion, double x, double y,
                             double inverse_depth) {
-  // Of a static point X in the moving camera: dX/dt = -v - w x X; then the quotient rule.
+  // Image velocity of a static point X in the moving camera: dX/dt = -v - w x X; then the quotient
+  // rule.
   const double nx = (x - camera.cx) / camera.fx;
   const double ny = (y - camera.cy) / camera.fy;
   const Eigen::Vector3d& v = motion.v;

@@ -89,7 +89,7 @@ TEST(Renderer, NoPixelIsEmptyInAClosedRoom) {
   }
 }
 
-// Of the parabola through three costs, one step apart.
+// Vertex of the parabola through three costs, one step apart.
 double Vertex(double before, double at, double after) {
   const double bend = before - 2 * at + after;
   return bend > 0 ? 0.5 * (before - after) / bend : 0.0;

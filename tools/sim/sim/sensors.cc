@@ -83,7 +83,7 @@ WheelSample WheelSensor::Measure(Utime now, double left_way, double right_way, d
   const double right_m = static_cast<double>(right - right_before_) / ticks_per_metre_;
   sample.dyaw_rad = (right_m - left_m) / track_m_;
   const double way = 0.5 * (left_m + right_m);
-  // Of an arc: the chord, seen from its begin.
+  // An arc counts as its chord, seen from its begin.
   const double half = 0.5 * sample.dyaw_rad;
   const double chord = std::abs(half) < 1e-6 ? way : way * std::sin(half) / half;
   sample.dx_m = chord * std::cos(half);

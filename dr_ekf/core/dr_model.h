@@ -118,7 +118,7 @@ class DrModel {
   // Over kWatchMemory without slip the turns of wheels and gyro agree as far as bias and scales are
   // known, or these are doubted.
   void WatchYaw(const YawInnovation& in, SlipGate::Interval interval, FilterState& state) const;
-  void DoubtTurn(const YawInnovation& in, FilterState& state) const;
+  void DoubtTurn(FilterState& state) const;
 
   // dr_model_way.cc
   struct WayInnovation {

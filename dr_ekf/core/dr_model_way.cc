@@ -67,7 +67,6 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
   if (!state.way_unmeasured) {
     CorrectWay(in, state);
   } else {
-    state.stamp_error.Break();
     DefineWay(sample, in, state);
   }
   UpdateHeight(in.measured.norm(), state);
@@ -116,9 +115,7 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   const double raw = in.residual.x();
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
-  if (state.slip) {
-    state.stamp_error.Break();
-  } else {
+  if (!state.slip) {
     state.stamp_error.Add(raw, own(0, 0) + in.noise.x(), speed, in.dt);
     WatchWay(in, sums, state);
   }

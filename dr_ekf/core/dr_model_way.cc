@@ -73,7 +73,7 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
 }
 
 void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
-  const double sums = state.P(kNewSum, kNewSum);  // as expected, not as doubted later
+  const double sums = SumError(0, state);
   const double speed = Speeds(state)[0];
   Eigen::Matrix<double, 3, kErrorSize> H_own = in.H;
   H_own.rightCols<4>().setZero();

@@ -157,7 +157,7 @@ DrModel::YawUse DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation
   interval.innovation = in.residual;
   interval.variance = in.noise + in.predicted;
   interval.coherent[0] = in.turn * std::sqrt(state.P(kYawScale, kYawScale));
-  interval.sum_error = state.P(kNewSum + 1, kNewSum + 1);
+  interval.sum_error = SumError(1, state);
   interval.least = std::max(kLeastSlipTurn, LargestTimeError(1, in.dt, state));
   interval.utime = sample.utime_begin;
   interval.dt = in.dt;

@@ -27,7 +27,7 @@ inline constexpr double kTurnNoisePrior = 4;
 inline constexpr double kAccelNoisePrior = 25;
 // Stamps that are off by more than this share of their period cannot weigh the wheels' scale:
 // slowly changing time errors look like one.
-inline constexpr double kMostTimeError = 0.2;
+inline constexpr double kMostTimeError = 0.25;
 // Below this factor the accelerometer agrees with the wheels: twice the sigma it is said to have.
 inline constexpr double kAgreeingNoise = 4;
 // The wheels' turn can tell of slip where the track is known this well, and is what it is said to

@@ -72,7 +72,6 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   state.turn_noise = before.turn_noise;
   state.heading_stuck = before.heading_stuck;
   state.stamp_error = before.stamp_error;
-  state.stamp_error.Break();
   state.floor = (state.T_OS * T_SB_.translation()).z();
   state.P.block<6, 6>(kPose, kPose) = before.P.block<6, 6>(kPose, kPose);
   // Unknown motion: it may be anywhere near and face anywhere.
@@ -164,7 +163,6 @@ void DrModel::ApplyImu(const ImuSample& imu, FilterState& state) const {
 void DrModel::ApplyWheelBegin(Utime utime, FilterState& state) const {
   PropagateTo(utime, nullptr, state);
   if (state.has_clone && state.clone_utime == utime) return;  // an interval has ended here
-  state.stamp_error.Break();
   BeginSum(SumCovariance(false, state), state);
   ClonePose(utime, state);
 }
@@ -194,8 +192,6 @@ void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
     BeginSum(SumCovariance(sample.has_ticks, state), state);
     UpdateYaw(sample, state);
     UpdateWay(sample, state);
-  } else {
-    state.stamp_error.Break();
   }
   state.has_heading = sample.has_heading;
   state.heading = sample.heading_rad;

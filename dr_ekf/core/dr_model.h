@@ -83,6 +83,8 @@ class DrModel {
   Eigen::Vector2d Speeds(const FilterState& state) const;
   // Of the errors of the sums of one sample: time error, quantisation.
   Eigen::Matrix2d SumCovariance(bool has_ticks, const FilterState& state) const;
+  // Variance of a sum's error (0: way, 1: turn) that is no slip.
+  double SumError(int sum, const FilterState& state) const;
   // Largest error of a sum (0: way, 1: turn) that stamps in the right order can make, twice.
   double LargestTimeError(int sum, double dt, const FilterState& state) const;
 
@@ -118,7 +120,7 @@ class DrModel {
   // Over kWatchMemory without slip the turns of wheels and gyro agree as far as bias and scales are
   // known, or these are doubted.
   void WatchYaw(const YawInnovation& in, SlipGate::Interval interval, FilterState& state) const;
-  void DoubtTurn(const YawInnovation& in, FilterState& state) const;
+  void DoubtTurn(FilterState& state) const;
 
   // dr_model_way.cc
   struct WayInnovation {

@@ -67,14 +67,13 @@ void DrModel::UpdateWay(const WheelSample& sample, FilterState& state) const {
   if (!state.way_unmeasured) {
     CorrectWay(in, state);
   } else {
-    state.stamp_error.Break();
     DefineWay(sample, in, state);
   }
   UpdateHeight(in.measured.norm(), state);
 }
 
 void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
-  const double sums = state.P(kNewSum, kNewSum);  // as expected, not as doubted later
+  const double sums = SumError(0, state);
   const double speed = Speeds(state)[0];
   Eigen::Matrix<double, 3, kErrorSize> H_own = in.H;
   H_own.rightCols<4>().setZero();
@@ -116,9 +115,7 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   const double raw = in.residual.x();
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
-  if (state.slip) {
-    state.stamp_error.Break();
-  } else {
+  if (!state.slip) {
     state.stamp_error.Add(raw, own(0, 0) + in.noise.x(), speed, in.dt);
     WatchWay(in, sums, state);
   }

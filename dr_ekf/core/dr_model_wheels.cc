@@ -68,8 +68,18 @@ void DrModel::DoubtSum(int sum, double innovation, const Eigen::Matrix<double, 1
   state.P(kNewSum + sum, kNewSum + sum) += std::max(0.0, Square(innovation) - expected);
 }
 
+double DrModel::SumError(int sum, const FilterState& state) const {
+  return state.stamp_error.SizeVariance(wheel_period_s_) * Square(Speeds(state)[sum]) +
+         Square(sum == 0 ? kWayFloor : kYawFloor);
+}
+
 double DrModel::LargestTimeError(int sum, double dt, const FilterState& state) const {
-  return std::abs(Speeds(state)[sum]) * std::max(dt, wheel_period_s_);
+  double time = std::max(dt, wheel_period_s_);
+  if (state.stamp_error.known()) {
+    time = std::min(
+        time, config_.gate_sigma * std::sqrt(2 * state.stamp_error.SizeVariance(wheel_period_s_)));
+  }
+  return std::abs(Speeds(state)[sum]) * time;
 }
 
 }  // namespace gw::dr_ekf

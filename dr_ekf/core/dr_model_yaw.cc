@@ -157,7 +157,7 @@ DrModel::YawUse DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation
   interval.innovation = in.residual;
   interval.variance = in.noise + in.predicted;
   interval.coherent[0] = in.turn * std::sqrt(state.P(kYawScale, kYawScale));
-  interval.sum_error = state.P(kNewSum + 1, kNewSum + 1);
+  interval.sum_error = SumError(1, state);
   interval.least = std::max(kLeastSlipTurn, LargestTimeError(1, in.dt, state));
   interval.utime = sample.utime_begin;
   interval.dt = in.dt;
@@ -169,7 +169,12 @@ DrModel::YawUse DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation
     state.turn_noise.Add(state.yaw_gate.normalised, std::abs(in.turn));
   }
   if (verdict != SlipGate::Verdict::kAgrees) ++state.counters.gated_wheel_yaw;
-  if (!track_known) return YawUse::kTrack;
+  // Wheels that hardly turn say so whatever their track.
+  const double by_track =
+      Square(sample.dyaw_rad) * std::max(state.P(kYawScale, kYawScale), Square(kOtherTrack));
+  if (!track_known) {
+    return by_track > in.noise + interval.sum_error ? YawUse::kTrack : YawUse::kAll;
+  }
   if (verdict == SlipGate::Verdict::kAgrees) {
     if (!state.slip) WatchYaw(in, interval, state);
     return YawUse::kAll;
@@ -182,7 +187,7 @@ DrModel::YawUse DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation
   }
   if (sample.utime - state.yaw_gate.rejecting_since > DurationFromSeconds(kMaxYawRejection)) {
     state.yaw_gate = {};
-    DoubtTurn(in, state);
+    DoubtTurn(state);
     return YawUse::kAll;
   }
   FlagSlip(sample.utime, TrackSpeed(in.residual, in.dt), state);
@@ -203,18 +208,17 @@ void DrModel::WatchYaw(const YawInnovation& in, SlipGate::Interval interval,
     return;
   }
   state.yaw_watch = {.memory = kWatchMemory};
-  DoubtTurn(in, state);
+  DoubtTurn(state);
 }
 
 // Gyro and wheels disagree for too long to be slip. Which of the two is wrong, what follows tells
 // by its shape: a bias goes with time, a scale with the turn. Until then neither is sure.
-void DrModel::DoubtTurn(const YawInnovation& in, FilterState& state) const {
+void DrModel::DoubtTurn(FilterState& state) const {
   ++state.counters.parted;
   ++state.counters.gyro_bias_jumps;
   state.P.diagonal().segment<3>(kGyroBias).array() += Square(kGyroBiasPrior);
   if (config_.wheel_scale_sigma > 0) {
-    state.P(kYawScale, kYawScale) +=
-        Square(std::min(kYawScalePrior, std::abs(in.residual / in.dt)));
+    state.P(kYawScale, kYawScale) += Square(kTrackDoubt);
   }
 }
 

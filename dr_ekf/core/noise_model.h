@@ -34,6 +34,7 @@ inline constexpr double kAgreeingNoise = 4;
 // be: tyres that slide in every turn (skid steer: a factor of two) cannot.
 inline constexpr double kKnownTrackSigma = 0.1;
 inline constexpr double kOtherTrack = 0.2;
+inline constexpr double kTrackDoubt = 0.05;  // of a known one, when gyro and wheels part
 // The watchdog compares filter and wheels over this time.
 inline constexpr double kWatchMemory = 10;  // s
 
@@ -116,7 +117,7 @@ inline constexpr double kTiltDoubt = 0.02;   // rad
 // this long.
 inline constexpr double kMaxWayRejection = 3.0;  // s
 // A disagreement of gyro and wheels that lasts longer is no slip; what it is shows by its shape.
-inline constexpr double kMaxYawRejection = 1.0;  // s
+inline constexpr double kMaxYawRejection = 3.0;  // s
 // A gyro's bias may jump by up to this (data sheets: offsets of 5 deg/s); still wheels and a rate
 // that is as steady as the noise for this long are a jump, not a turn.
 inline constexpr double kMaxBiasJump = 0.15;   // rad/s

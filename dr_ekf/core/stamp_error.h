@@ -1,12 +1,13 @@
 // How wrong the stamps of the wheels' samples are: jitter, lateness, resampling.
 //
 // A sum of the wheels that is stamped wrongly by e is off by speed * e at that instant only. Over
-// an interval the error is the difference of two of them. It shows in two ways, and the larger one
-// counts: consecutive intervals err in opposite directions, with a covariance of -variance(e) *
-// speed^2, where that of noise and slip is zero or positive (autocovariance at lag one of a moving
-// average of first order; Box and Jenkins, Time Series Analysis, section 3.3); and the innovations
-// are larger than their noise, by 2 variance(e) * speed^2 when the errors of neighbours are
-// independent.
+// an interval the error is the difference of two of them. It shows in two ways. Innovations are
+// larger than their noise explains, by 2 variance(e) * speed^2 when the errors of neighbours are
+// independent. And consecutive innovations err in opposite directions, with a covariance of
+// -variance(e) * speed^2, where that of noise and slip is zero or positive (autocovariance at lag
+// one of a moving average of first order; Box and Jenkins, Time Series Analysis, section 3.3).
+// Errors that alternate count up to four times in the second, those that change slowly hardly at
+// all.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +16,10 @@
 namespace gw::dr_ekf {
 
 struct StampError {
-  double opposed = 0;  // m^2, minus the sum of products of consecutive innovations
   double surplus = 0;  // m^2, half the sum of squares of innovations beyond their noise
+  double opposed = 0;  // m^2, minus the sum of products of consecutive innovations
+  double last = 0;     // m, the innovation before
   double speed2 = 0;   // m^2/s^2, sum of squares of the speed
-  double last = 0;     // m, the innovation before; the next one needs it
-  bool has_last = false;
 
   // Estimates are forgotten over this time: conditions of a computer change in minutes, and a mean
   // of a hundred products is good to a third.
@@ -29,6 +29,8 @@ struct StampError {
   static constexpr double kPriorShare = 0.05;
   static constexpr double kPriorWeight = 5 * 0.04;  // m^2/s^2: five samples at 0.2 m/s
 
+  // Five times that: the estimate is more than a guess.
+  static constexpr double kKnownWeight = 1;  // m^2/s^2
   // What is not known of the noise itself is no time error.
   static constexpr double kModelSlack = 1.5;
 
@@ -36,22 +38,23 @@ struct StampError {
   // it has without time errors, and the speed.
   void Add(double innovation, double variance, double speed, double dt) {
     const double forget = std::exp(-dt / kMemory);
-    if (has_last) {
-      opposed = forget * opposed - innovation * last;
-      surplus = forget * surplus + 0.5 * (innovation * innovation - kModelSlack * variance);
-      speed2 = forget * speed2 + speed * speed;
-    }
+    surplus = forget * surplus + 0.5 * (innovation * innovation - kModelSlack * variance);
+    opposed = forget * opposed - innovation * last;
     last = innovation;
-    has_last = true;
+    speed2 = forget * speed2 + speed * speed;
   }
 
-  // After an interval that says nothing.
-  void Break() { has_last = false; }
+  bool known() const { return speed2 > kKnownWeight; }
 
-  // s^2; at most half a period: more would put samples into the wrong order.
-  double Variance(double period) const {
+  // s^2, the larger of the two: what a sum may be off. At most half a period: more would put
+  // samples into the wrong order.
+  double Variance(double period) const { return Bounded(std::max(opposed, surplus), period); }
+  // s^2, what the size of the innovations says: what they may differ by without slip.
+  double SizeVariance(double period) const { return Bounded(surplus, period); }
+
+ private:
+  double Bounded(double told, double period) const {
     const double prior = kPriorShare * kPriorShare * period * period;
-    const double told = std::max(opposed, surplus);
     const double mean = (told + prior * kPriorWeight) / (speed2 + kPriorWeight);
     return std::clamp(mean, 0.0, 0.25 * period * period);
   }

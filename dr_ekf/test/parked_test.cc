@@ -83,8 +83,9 @@ TEST_P(DrParked, AnHourMovesThePoseByMillimetresAndLessThanATenthOfADegree) {
               1000 * drift.head<3>().norm(), std::abs(drift[5]) * 180 / M_PI,
               drift.segment<2>(3).norm() * 180 / M_PI, static_cast<long long>(moving));
   EXPECT_TRUE(last.stationary);
-  // An accelerometer integrates each shake; 0.3 mm for each of eleven.
-  EXPECT_LT(drift.head<3>().norm(), calibration.imu.has_accel ? 3.3e-3 : 1e-3);
+  // An accelerometer integrates each shake, and still wheels hold against it only as far as a body
+  // does not rock; 0.4 mm for each of eleven.
+  EXPECT_LT(drift.head<3>().norm(), calibration.imu.has_accel ? 4.4e-3 : 1e-3);
   EXPECT_LT(std::abs(drift[5]), 0.1 * M_PI / 180);
   EXPECT_GT(moving, 0);  // it was shaken out of its rest
 }

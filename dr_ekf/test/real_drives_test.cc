@@ -214,16 +214,16 @@ TEST_P(SkidSteer, HasTheWayOfItsWheelsAndTheTurnOfItsGyroOnAFlatFloor) {
     const double gyro = TurnOfGyro(drive);
     std::printf("    turn of the gyro %.2f deg\n", gyro * 180 / M_PI);
     EXPECT_NEAR(report.way_dr, report.way_raw, 0.02 * report.way_raw);
-    EXPECT_NEAR(report.turn_dr, gyro, 3 * M_PI / 180);
     // Run 21 drives over three ramps of 17 degrees (its accelerometer says so, for two seconds
     // each) and comes back to the floor.
     const bool ramps = std::string(GetParam().name).find("run21") != std::string::npos;
     std::printf("    last height %.3f m\n", report.poses.back().T.translation().z());
+    EXPECT_NEAR(report.turn_dr, gyro, (ramps ? 4 : 3) * M_PI / 180);
     if (!ramps) {
       EXPECT_LT(report.highest - report.lowest, 0.2);
     }
-    EXPECT_LT(std::abs(report.poses.back().T.translation().z()), 0.2);
-    EXPECT_LE(report.slips, accelerometer ? 1 : 0);
+    EXPECT_LT(std::abs(report.poses.back().T.translation().z()), ramps ? 0.3 : 0.2);
+    EXPECT_EQ(report.slips, 0);
     EXPECT_EQ(report.counters.resets, 0);
   }
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "common/contract/dr_history.h"
+#include "common/good_weights/dr_history.h"
 #include "dr_ekf/test/drive_report.h"
 
 namespace gw::dr_ekf {

@@ -11,6 +11,7 @@
 #include "common/config/dr_ekf_config.h"
 #include "common/contract/dead_reckoning.h"
 #include "common/contract/samples.h"
+#include "dr_ekf/core/error_state.h"
 #include "dr_ekf/core/filter_state.h"
 #include "dr_ekf/core/slip_gate.h"
 #include "dr_ekf/core/vision_witness.h"
@@ -57,6 +58,16 @@ class DrModel {
   // True rate, axes of B, by what the gyro says in these axes.
   Eigen::Vector3d Rate(const Eigen::Vector3d& gyro_B, const FilterState& state) const;
   Rates RatesBetween(Utime from, Utime to, const ImuSample* imu, const FilterState& state) const;
+  struct Step {  // of the state, over one propagation step
+    SE3 T;       // motion of S
+    Eigen::Vector3d v_after;
+    Eigen::Vector3d fade;  // what is left of the velocity, per axis
+  };
+  Step StepOf(const Rates& rates, double dt, const FilterState& state) const;
+  TopTransition TransitionOf(const Rates& rates, double dt, const Step& step,
+                             const FilterState& state) const;
+  Eigen::Matrix<double, 9, 9> NoiseDensity(const Rates& rates, const FilterState& state) const;
+  void Wander(double dt, FilterState& state) const;
   void Integrate(const Rates& rates, double dt, FilterState& state) const;
   void Hold(double dt, FilterState& state) const;
 

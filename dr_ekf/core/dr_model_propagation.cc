@@ -62,33 +62,36 @@ void DrModel::Hold(double dt, FilterState& state) const {
   }
 }
 
-void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const {
-  const Vector3d w = rates.w;
-  const Vector3d v = state.v_OS_S;
-  const bool wheels = WheelsAlive(state);
-  const Matrix3d R_OS = state.T_OS.rotation().toRotationMatrix();
-  if (!rates.accel) state.way_unmeasured = true;
-  if (!rates.gyro) state.yaw_unmeasured = true;
-
+// How the state itself moves in a step.
+DrModel::Step DrModel::StepOf(const Rates& rates, double dt, const FilterState& state) const {
+  const Vector3d& v = state.v_OS_S;
+  Step step;
   // Velocity without accelerometer: constant while wheels will tell, else it fades.
-  const double fade = wheels || rates.accel ? 1.0 : std::exp(-dt / kUnmeasuredSpeedMemory);
-  const double fade_side = rates.accel ? 1.0 : std::exp(-dt / kLateralCorrelation);
-
-  SE3 T_step;  // motion of S in this step
-  Vector3d v_new;
+  const double forward =
+      WheelsAlive(state) || rates.accel ? 1.0 : std::exp(-dt / kUnmeasuredSpeedMemory);
+  const double side = rates.accel ? 1.0 : std::exp(-dt / kLateralCorrelation);
+  step.fade = Vector3d(forward, side, side);
   if (rates.accel) {
-    const Eigen::Quaterniond q_step = ExpSO3(w * dt);
-    const Vector3d a_S = ExpSO3(0.5 * dt * w) * rates.a - R_OS.transpose() * kUp;
-    T_step = SE3(q_step, v * dt + 0.5 * a_S * dt * dt);
-    v_new = q_step.conjugate() * (v + a_S * dt);
+    const Matrix3d R_OS = state.T_OS.rotation().toRotationMatrix();
+    const Eigen::Quaterniond q_step = ExpSO3(rates.w * dt);
+    const Vector3d a_S = ExpSO3(0.5 * dt * rates.w) * rates.a - R_OS.transpose() * kUp;
+    step.T = SE3(q_step, v * dt + 0.5 * a_S * dt * dt);
+    step.v_after = q_step.conjugate() * (v + a_S * dt);
   } else {
     Vector6d twist;
-    twist << v, w;
-    T_step = SE3::Exp(twist * dt);
-    v_new = v.cwiseProduct(Vector3d(fade, fade_side, fade_side));
+    twist << v, rates.w;
+    step.T = SE3::Exp(twist * dt);
+    step.v_after = v.cwiseProduct(step.fade);
   }
+  return step;
+}
 
-  // Error dynamics: continuous A, second order in the step; the pose block is exact.
+// How the error moves: continuous A, second order in the step; the pose block is exact.
+TopTransition DrModel::TransitionOf(const Rates& rates, double dt, const Step& step,
+                                    const FilterState& state) const {
+  const Vector3d& w = rates.w;
+  const Vector3d& v = state.v_OS_S;
+  const Matrix3d R_OS = state.T_OS.rotation().toRotationMatrix();
   const Matrix3d R_BI = R_BI_;
   const Matrix3d gyro_to_error =
       state.aligned ? R_BI : Matrix3d(Vector3d(0, 0, 1).asDiagonal() * R_BI);
@@ -112,16 +115,21 @@ void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const
   TopTransition F = A * dt;
   F.leftCols<9>() += Eigen::Matrix<double, 9, 9>::Identity();
   F += 0.5 * dt * dt * (A.leftCols<9>() * A);
-  F.topLeftCorner<6, 6>() = T_step.inverse().Adjoint();
-  const double tilt_rate = v.norm() / kFloorTiltWay;
+  F.topLeftCorner<6, 6>() = step.T.inverse().Adjoint();
   if (!rates.accel) {
     F.block<3, 9>(kVelocity, 0).setZero();
-    F.block<3, 3>(kVelocity, kVelocity) = Vector3d(fade, fade_side, fade_side).asDiagonal();
+    F.block<3, 3>(kVelocity, kVelocity) = step.fade.asDiagonal();
+    const double tilt_rate = v.norm() / kFloorTiltWay;
     if (!state.aligned) F.middleRows<2>(3) *= std::exp(-tilt_rate * dt);
   }
+  return F;
+}
 
-  // White noise: densities through G, trapezoid over the step.
-  Eigen::Matrix<double, 9, 9> density = Eigen::Matrix<double, 9, 9>::Zero();
+// White noise of pose and velocity, per second: densities of the sensors, and of what none of them
+// measures.
+Eigen::Matrix<double, 9, 9> DrModel::NoiseDensity(const Rates& rates,
+                                                  const FilterState& state) const {
+  const Vector3d& v = state.v_OS_S;
   Eigen::Matrix<double, 9, 3> G = Eigen::Matrix<double, 9, 3>::Zero();
   G.block<3, 3>(3, 0).setIdentity();
   if (rates.accel) G.block<3, 3>(kVelocity, 0) = Skew(v);
@@ -132,22 +140,23 @@ void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const
     turn.setConstant(kUnmeasuredTiltDensity);
     turn.z() = 2 * Square(kUnmeasuredYawRate) * kUnmeasuredYawRateMemory;
   }
+  const double tilt_rate = v.norm() / kFloorTiltWay;
   if (!state.aligned) turn.head<2>().setConstant(2 * Square(kFloorTilt) * tilt_rate);
-  density = G * turn.asDiagonal() * G.transpose();
+  Eigen::Matrix<double, 9, 9> density = G * turn.asDiagonal() * G.transpose();
   if (rates.accel) {
     density.diagonal().segment<3>(kVelocity).array() +=
         (state.accel_unfit ? NoiseFactor::kMost : 1.0) * Square(imu_.accel_noise);
   } else {
-    const double side = SideVariance(v.norm(), w.z()) / Square(kLateralCorrelation);
+    const double side = SideVariance(v.norm(), rates.w.z()) / Square(kLateralCorrelation);
     density.diagonal().segment<3>(kVelocity) +=
         Vector3d(2 * Square(kUnmeasuredSpeed) / kUnmeasuredSpeedMemory, side, side);
   }
   density.diagonal().head<6>().array() += kPoseFloor;
-  const auto F9 = F.leftCols<9>();
-  const Eigen::Matrix<double, 9, 9> noise = 0.5 * dt * (density + F9 * density * F9.transpose());
+  return density;
+}
 
-  ApplyTransition(F, state);
-  state.P.topLeftCorner<9, 9>() += noise;
+// Biases and scales wander.
+void DrModel::Wander(double dt, FilterState& state) const {
   state.P.diagonal().segment<3>(kGyroBias).array() +=
       imu_.present ? Square(imu_.gyro_walk) * dt : 0.0;
   state.P.diagonal().segment<3>(kAccelBias).array() +=
@@ -159,10 +168,23 @@ void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const
     state.P(kWheelScale, kWheelScale) += Square(kScaleWalk) * dt;
     state.P(kYawScale, kYawScale) += Square(kScaleWalk) * dt;
   }
+}
 
-  state.T_OS = state.T_OS * T_step;
-  state.v_OS_S = v_new;
-  state.w_OS_S = w;
+void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const {
+  if (!rates.accel) state.way_unmeasured = true;
+  if (!rates.gyro) state.yaw_unmeasured = true;
+  const Step step = StepOf(rates, dt, state);
+  const TopTransition F = TransitionOf(rates, dt, step, state);
+  // Trapezoid over the step.
+  const Eigen::Matrix<double, 9, 9> density = NoiseDensity(rates, state);
+  const auto F9 = F.leftCols<9>();
+  const Eigen::Matrix<double, 9, 9> noise = 0.5 * dt * (density + F9 * density * F9.transpose());
+  ApplyTransition(F, state);
+  state.P.topLeftCorner<9, 9>() += noise;
+  Wander(dt, state);
+  state.T_OS = state.T_OS * step.T;
+  state.v_OS_S = step.v_after;
+  state.w_OS_S = rates.w;
 }
 
 }  // namespace gw::dr_ekf

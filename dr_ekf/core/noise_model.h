@@ -77,7 +77,7 @@ inline constexpr double kLeastSpeed = 0.1;        // m/s, at which it may still 
 inline constexpr double kSpeedPriorMemory = 10.;  // s
 
 // The base's own gyro heading (Kobuki: 0.01 deg steps, scale errors of a few tenths of a percent,
-// kobuki-protocol.md): white in time, white in angle turned, quantisation.
+// drivers/kobuki/README.md): white in time, white in angle turned, quantisation.
 inline constexpr double kHeadingSigmaPerSqrtS = 5e-4;    // rad/sqrt(s)
 inline constexpr double kHeadingSigmaPerSqrtRad = 5e-3;  // rad/sqrt(rad)
 inline constexpr double kHeadingStep = 1.75e-4;          // rad

@@ -148,7 +148,7 @@ Calibration WheelsAndGyro() {
   c.imu.present = true;
   c.imu.has_accel = false;
   c.imu.rate_hz = 100;
-  // Kobuki's gyro is turned about z (kobuki-protocol.md).
+  // Kobuki's gyro is turned about z (drivers/kobuki/README.md).
   c.imu.T_BI = SE3(Quaterniond(Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitZ())), {0, 0, 0});
   return c;
 }

@@ -13,7 +13,6 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr double kStep = 1e-3;  // s
-constexpr double kRadPerDeg = 0.017453292519943295;
 
 // White noise through three first-order lags: smooth enough to be sampled at 100 Hz, and with the
 // same power at low frequency as one lag of (sigma, tau).

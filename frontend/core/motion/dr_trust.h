@@ -1,6 +1,7 @@
 // Two witnesses: does dead reckoning (DR) do what it says, seen from healthy vision?
 //
-// Windows of kWindow in which vision carried every image in full health are compared: the error
+// Windows of kWindow in which vision carried every image, and was sure of it, are compared: the
+// error
 //
 //   e = Log(inv(T_dr) T_vision),   S = cov_dr + cov_vision   (body axes)
 //

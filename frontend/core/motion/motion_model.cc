@@ -86,7 +86,7 @@ void MotionModel::Observe(const Seen& seen, const Motion& expected) {
   } else {
     calibration_.Interrupt();
   }
-  if (seen.healthy && DrPredicts(variant_)) {
+  if (seen.sure && DrPredicts(variant_)) {
     CompareWithVision(seen);
   } else {
     window_.reset();

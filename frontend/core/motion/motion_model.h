@@ -55,8 +55,9 @@ class MotionModel {
   struct Seen {
     Utime a, b;
     SE3 T_ab;              // the camera's motion: the velocity to go on with
-    bool healthy = false;  // well enough to teach DR its scale errors, and to doubt it
-    // The pose of the image at b by vision alone and its covariance; set where healthy.
+    bool healthy = false;  // well enough to teach DR its scale errors
+    bool sure = false;     // well enough to be compared with DR
+    // The pose of the image at b by vision alone and its covariance; set where sure.
     SE3 T_WC_vision;
     Matrix6d cov_vision = Matrix6d::Identity();
   };

@@ -27,6 +27,8 @@ constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
 // A correction larger than this is announced (status RECOVERING).
 constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
+// Quality from which a pose may contradict dead reckoning: half of what there is to be seen is.
+constexpr double kSureQuality = 0.5;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
@@ -90,7 +92,7 @@ class Tracker::Impl {
   void GoOnWithout(const Image& image, FramePose* report, const ImageOutcome& outcome);
   void Judge(Image* image, TrackerOutput* out);
   void CompareViews(const Image& image);
-  MotionModel::Seen Seen(const Image& image, const SE3& T_ab, bool healthy) const;
+  MotionModel::Seen Seen(const Image& image, const SE3& T_ab, const FramePose& report) const;
   void ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome);
   bool BeginsMap(const FeatureFrame& frame) const;
   bool ContinuesMap(bool vision, const Motion& motion) const;
@@ -461,10 +463,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   if (!outcome.vision) {
     motion_.ObserveNothing();
   } else if (!first) {
-    motion_.Observe(Seen(*image, T_ab,
-                         !VisionBroken() && report.status == TrackingStatus::kTracking &&
-                             report.q >= kHealthyQuality),
-                    image->motion);
+    motion_.Observe(Seen(*image, T_ab, report), image->motion);
   }
   chain_.Observe(first ? SE3() : T_ab,
                  !outcome.vision && report.num_detected >= config_.keyframe_min_close);
@@ -480,13 +479,18 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
 }
 
 // What vision measured since the image before.
-MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, bool healthy) const {
+MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab,
+                                      const FramePose& report) const {
   MotionModel::Seen seen;
   seen.a = utime_;
   seen.b = image.utime;
   seen.T_ab = T_ab;
-  seen.healthy = healthy;
-  if (!healthy) return seen;
+  const bool in_a_row = !VisionBroken() && report.status == TrackingStatus::kTracking;
+  seen.healthy = in_a_row && report.q >= kHealthyQuality;
+  // Enough to see that dead reckoning is far off, which need not wait for full health.
+  seen.sure =
+      in_a_row && report.q >= kSureQuality && report.num_inliers >= Recovery::kConvincingInliers;
+  if (!seen.sure) return seen;
   // Without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
   const PoseEstimate& e = image.found.estimate;
   const Eigen::LDLT<Matrix6d> of_vision(e.vision_information);

@@ -138,8 +138,8 @@ TEST_P(DrNees, IncrementsAreHonest) {
   for (size_t k = 1; k < lengths_s.size(); ++k) {
     EXPECT_GE(exact[k].inside, 0.9 * kRuns) << lengths_s[k];
     // What other processes compose does not know how attitude and speed hang together: with an
-    // accelerometer it is too careful (tilt, and the rise along the way), the more the longer: 12 of
-    // 120 runs over 10 s. Too sure it must not be.
+    // accelerometer it is too careful (tilt, and the rise along the way), the more the longer: 12
+    // of 120 runs over 10 s. Too sure it must not be.
     if (lengths_s[k] <= 10) {
       EXPECT_GE(published[k].inside, 0.87 * kRuns) << lengths_s[k];
     }

@@ -46,9 +46,10 @@ class RunFolder : public testing::Test {
     Write("report.json",
           "{\n \"version\": \"1.2.3\", \"config_hash\": \"00ff\",\n"
           " \"dr_synthetic\": true\n}\n");
-    Write("frames.csv", std::string(kFramesHead) +
-                            "1000000,tracking,700,100,90,0.9,0.2,0.01,5,0,1,2,3,0,0,0,1,none\n"
-                            "1033333,dr_only,0,0,0,0,1000,1,5,0,1.5,2,3,0,0,0,1,too_few_features\n");
+    Write("frames.csv",
+          std::string(kFramesHead) +
+              "1000000,tracking,700,100,90,0.9,0.2,0.01,5,0,1,2,3,0,0,0,1,none\n"
+              "1033333,dr_only,0,0,0,0,1000,1,5,0,1.5,2,3,0,0,0,1,too_few_features\n");
     Write("covariance.csv", CovarianceHead() + CovarianceLine(1000000) + CovarianceLine(1033333));
     Write("trajectory_final.tum", "1.000000 9 2 3 0 0 0 1\n1.033333 10 2 3 0 0 0 1\n");
     Write("dr.tum", "1.033333 7 0 0 0 0 0 1\n");
@@ -92,8 +93,8 @@ TEST_F(RunFolder, IsReadBack) {
 TEST_F(RunFolder, MistakesAreNamedWithFileAndLine) {
   Write("frames.csv", std::string(kFramesHead) + "1000000,flying,700\n");
   EXPECT_THAT(Read().error().message, HasSubstr("frames.csv:2: must have 18 columns"));
-  Write("frames.csv",
-        std::string(kFramesHead) + "1000000,flying,700,100,90,0.9,0.2,0.01,5,0,1,2,3,0,0,0,1,none\n");
+  Write("frames.csv", std::string(kFramesHead) +
+                          "1000000,flying,700,100,90,0.9,0.2,0.01,5,0,1,2,3,0,0,0,1,none\n");
   EXPECT_THAT(Read().error().message, HasSubstr("frames.csv:2:"));
   std::filesystem::remove(folder_ + "/frames.csv");
   EXPECT_EQ(Read().error().code, ErrorCode::kNotFound);

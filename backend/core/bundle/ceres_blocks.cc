@@ -165,18 +165,4 @@ bool ScalePrior::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-bool TiltCost::Evaluate(double const* const* parameters, double* residuals,
-                        double** jacobians) const {
-  const SE3 T_WC = FromBlock(parameters[0]);
-  const Eigen::Vector3d up_C = T_WC.rotation().conjugate() * Eigen::Vector3d::UnitZ();
-  Eigen::Map<Eigen::Vector3d> r(residuals);
-  r = inverse_sigma_ * (up_C - up_C_);
-  if (jacobians != nullptr && jacobians[0] != nullptr) {
-    // Exp(-phi) up_C = up_C + [up_C]x phi.
-    Eigen::Map<Eigen::Matrix<double, 3, 7, Eigen::RowMajor>> J(jacobians[0]);
-    J = inverse_sigma_ * Skew(up_C) * TangentOfBlock(T_WC.rotation()).bottomRows<3>();
-  }
-  return true;
-}
-
 }  // namespace gw::backend

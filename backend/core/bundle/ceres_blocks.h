@@ -94,18 +94,4 @@ class ScalePrior final : public ceres::SizedCostFunction<2, 2> {
   double inverse_sigma_;
 };
 
-// Block: T_WC. Residual: inverse_sigma * (up as the pose has it - up_C as measured), both unit
-// vectors in C; its length is the angle between them, for small angles.
-class TiltCost final : public ceres::SizedCostFunction<3, 7> {
- public:
-  TiltCost(const Eigen::Vector3d& up_C, double inverse_sigma)
-      : up_C_(up_C), inverse_sigma_(inverse_sigma) {}
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  Eigen::Vector3d up_C_;
-  double inverse_sigma_;
-};
-
 }  // namespace gw::backend

@@ -42,11 +42,6 @@ double Cost(const PoseGraph& graph, const std::vector<PoseBlock>& poses,
     const double w = edge.group < 0 ? 1.0 : weights[edge.group];
     if (w > 0) cost += w * Residual(edge, poses).squaredNorm();
   }
-  for (const auto& tilt : graph.tilts) {
-    const Eigen::Vector3d up_C =
-        FromBlock(poses[tilt.node].data()).rotation().conjugate() * Eigen::Vector3d::UnitZ();
-    cost += (up_C - tilt.up_C).squaredNorm() / (tilt.sigma_rad * tilt.sigma_rad);
-  }
   return 0.5 * cost;
 }
 
@@ -54,8 +49,7 @@ double Cost(const PoseGraph& graph, const std::vector<PoseBlock>& poses,
 bool Solve(const PoseGraph& graph, const std::vector<double>& weights,
            std::vector<PoseBlock>& poses, int& iterations) {
   const PoseManifold manifold;
-  std::deque<RelativePoseCost> relative;  // deques: the costs cannot be moved
-  std::deque<TiltCost> tilts;
+  std::deque<RelativePoseCost> relative;  // a deque: the costs cannot be moved
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -71,10 +65,6 @@ bool Solve(const PoseGraph& graph, const std::vector<double>& weights,
     relative.emplace_back(edge.T_FromTo, std::sqrt(w) * edge.sqrt_information);
     problem.AddResidualBlock(&relative.back(), nullptr, poses[edge.from].data(),
                              poses[edge.to].data());
-  }
-  for (const auto& tilt : graph.tilts) {
-    tilts.emplace_back(tilt.up_C, 1.0 / tilt.sigma_rad);
-    problem.AddResidualBlock(&tilts.back(), nullptr, poses[tilt.node].data());
   }
   if (problem.NumResidualBlocks() == 0) return true;
   ceres::Solver::Options options;

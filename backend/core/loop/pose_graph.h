@@ -1,7 +1,7 @@
 // Pose-graph optimisation: keyframe poses that agree best with relative poses between them.
 //
 // Minimises sum over edges of w_g |S Log(inv(T_ab) inv(T_a) T_b)|^2 (S = sqrt_information; tangent
-// [translation; rotation] on the right) and, where gravity is known, of the tilt of the poses.
+// [translation; rotation] on the right).
 // Edges of one group (a loop closure and what hangs on it) share a switch w_g in {0, 1}, found by
 // graduated non-convexity for truncated least squares (Yang, Antonante, Tzoumas, Carlone, RA-L
 // 2020): a group whose edges cannot be reconciled with the rest is switched off. Edges of no group
@@ -28,16 +28,9 @@ struct PoseGraph {
     Matrix6d sqrt_information = Matrix6d::Identity();  // upper triangular
     int32_t group = -1;                                // -1: always counts
   };
-  // The direction of up as seen by a pose, from an accelerometer.
-  struct Tilt {
-    int32_t node = 0;
-    Eigen::Vector3d up_C = Eigen::Vector3d::UnitZ();  // unit
-    double sigma_rad = 0.01;                          // > 0
-  };
   int iterations = 50;      // of each solve
   std::vector<Node> nodes;  // at least one is fixed
   std::vector<Edge> edges;
-  std::vector<Tilt> tilts;
   int32_t num_groups = 0;
 };
 

@@ -98,27 +98,6 @@ TEST(PoseGraph, WrongLoopsAreSwitchedOffAndTrueOnesKept) {
   }
 }
 
-TEST(PoseGraph, GravityHoldsTheTilt) {
-  Ring ring;
-  ring.AddLoop(2, 52);
-  const auto tilt_error = [&](const std::vector<SE3>& poses) {
-    double worst = 0;
-    for (const SE3& T : poses) {
-      const Eigen::Vector3d up = T.rotation().conjugate() * Eigen::Vector3d::UnitZ();
-      worst = std::max(worst, (up - Eigen::Vector3d::UnitZ()).norm());
-    }
-    return worst;
-  };
-  const PoseGraphResult without = SolvePoseGraph(ring.graph);
-  for (int i = 0; i < Ring::kNodes; ++i) {
-    ring.graph.tilts.push_back({i, Eigen::Vector3d::UnitZ(), 0.002});
-  }
-  const PoseGraphResult with = SolvePoseGraph(ring.graph);
-  EXPECT_GT(tilt_error(without.T_WC), 0.01);
-  EXPECT_LT(tilt_error(with.T_WC), 0.003);
-  EXPECT_LT(ring.Rmse(with.T_WC), ring.Rmse(without.T_WC));
-}
-
 TEST(PoseGraph, SameGraphSameBytes) {
   Ring ring;
   ring.AddLoop(2, 52);

@@ -38,7 +38,6 @@ void DrTrust::Judge(const DrEvidence& evidence) {
   num_windows_ += moved ? 1 : 0;
   if (trusted_ && contradicting_ >= kContradicting) {
     trusted_ = false;
-    ++num_contradictions_;
   } else if (!trusted_ && agreeing_ >= kAgreeing) {
     trusted_ = true;
   }

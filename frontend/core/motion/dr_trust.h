@@ -36,8 +36,6 @@ class DrTrust {
   void Judge(const DrEvidence& evidence);
 
   bool trusted() const { return trusted_; }
-  // How often trust was lost.
-  int64_t num_contradictions() const { return num_contradictions_; }
 
   // The noise that DR has shown, given what it claims. Body axes.
   DrNoise Shown(const DrNoise& claimed) const;
@@ -49,9 +47,8 @@ class DrTrust {
 
  private:
   bool trusted_ = true;
-  int contradicting_ = 0;  // windows in a row
-  int agreeing_ = 0;       // windows in a row, of those in which the robot moved
-  int64_t num_contradictions_ = 0;
+  int contradicting_ = 0;              // windows in a row
+  int agreeing_ = 0;                   // windows in a row, of those in which the robot moved
   int num_windows_ = 0;                // in which the robot moved
   Vector6d ratio_ = Vector6d::Ones();  // mean of e_i^2 / S_ii of the newest windows
 };

@@ -1,6 +1,7 @@
 #include "frontend/core/motion/motion_model.h"
 
 #include <cmath>
+#include <utility>
 
 #include "common/good_weights/camera_motion.h"
 #include "common/good_weights/covariance.h"
@@ -28,23 +29,29 @@ SE3 MotionModel::FirstPose(Utime utime) const {
   return T_WB * T_BC_;
 }
 
+std::optional<MotionModel::Calibrated> MotionModel::DrBetween(Utime a, Utime b) const {
+  DrNoise noise;
+  const auto told = dr_.Increment(a, b, kMaxExtrapolation, &noise);
+  if (!told) return std::nullopt;
+  calibration_.Limit(&noise, dr_.newest());
+  return Calibrated{*told, calibration_.Corrected(told->T_BaBb, dr_.newest()), noise};
+}
+
 Motion MotionModel::Between(Utime a, Utime b) const {
   Motion out;
   const DurationUs dt = b - a;
   const bool contradicted = !trust_.trusted() && observed_ == a;
   if (DrPredicts(variant_) && !contradicted) {
-    DrNoise noise_B;
-    if (const auto increment = dr_.Increment(a, b, kMaxExtrapolation, &noise_B)) {
-      out.T_BaBb_dr = increment->T_BaBb;
-      out.T_ab = InCamera(calibration_.Corrected(out.T_BaBb_dr, dr_.newest()), T_BC_);
-      calibration_.Limit(&noise_B, dr_.newest());
-      out.noise = InCamera(trust_.Shown(noise_B), T_BC_);
+    if (const auto dr = DrBetween(a, b)) {
+      out.T_BaBb_dr = dr->told.T_BaBb;
+      out.T_ab = InCamera(dr->T_BaBb, T_BC_);
+      out.noise = InCamera(trust_.Shown(dr->noise), T_BC_);
       const Matrix6d nominal = NominalCovariance(dt, dr_weight_);
       // A source that does not tell its noise has the nominal one.
       if (out.noise.Covariance().isZero(0)) out.noise.white = nominal;
       out.weight_cov = trust_.Weighted(nominal, out.noise.Covariance());
       out.from_dr = true;
-      out.slip = increment->slip;
+      out.slip = dr->told.slip;
       return out;
     }
   }
@@ -67,14 +74,12 @@ std::optional<SE3> MotionModel::OdometryPose(Utime utime) const {
 
 std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
   if (!trust_.trusted()) return std::nullopt;
-  DrNoise noise;
-  auto increment = dr_.Increment(a, b, kMaxExtrapolation, &noise);
-  if (increment) {
-    increment->T_BaBb = calibration_.Corrected(increment->T_BaBb, dr_.newest());
-    calibration_.Limit(&noise, dr_.newest());
-    increment->cov = trust_.Shown(noise).Covariance();
-  }
-  return increment;
+  const auto dr = DrBetween(a, b);
+  if (!dr) return std::nullopt;
+  DrIncrement out = dr->told;
+  out.T_BaBb = dr->T_BaBb;
+  out.cov = trust_.Shown(dr->noise).Covariance();
+  return out;
 }
 
 void MotionModel::Observe(const Seen& seen, const Motion& expected) {
@@ -110,25 +115,22 @@ void MotionModel::MapMoved(const SE3& T_correction) {
 
 void MotionModel::CompareWithVision(const Seen& seen) {
   if (window_ && seen.b - window_->begin < DrTrust::kWindow) return;
-  if (window_) {
-    DrNoise noise;
-    const auto dr = dr_.Increment(window_->begin, seen.b, kMaxExtrapolation, &noise);
-    if (dr && !dr->slip) {
-      DrEvidence evidence;
-      evidence.T_dr = calibration_.Corrected(dr->T_BaBb, dr_.newest());
-      calibration_.Limit(&noise, dr_.newest());
-      evidence.cov_dr = noise.Covariance();
-      if (evidence.cov_dr.isZero(0))
-        evidence.cov_dr = NominalCovariance(seen.b - window_->begin, dr_weight_);
-      const SE3 T_ab = window_->T_WC.inverse() * seen.T_WC_vision;
-      evidence.T_vision = T_BC_ * T_ab * T_BC_.inverse();
-      const Matrix6d from_begin = T_ab.inverse().Adjoint();
-      const Matrix6d cov = from_begin * window_->cov * from_begin.transpose() + seen.cov_vision;
-      evidence.cov_vision = T_BC_.Adjoint() * cov * T_BC_.Adjoint().transpose();
-      trust_.Judge(evidence);
-    }
+  const std::optional<Window> window =
+      std::exchange(window_, Window{seen.b, seen.T_WC_vision, seen.cov_vision});
+  const auto dr = window ? DrBetween(window->begin, seen.b) : std::nullopt;
+  if (!dr || dr->told.slip) return;
+  DrEvidence evidence;
+  evidence.T_dr = dr->T_BaBb;
+  evidence.cov_dr = dr->noise.Covariance();
+  if (evidence.cov_dr.isZero(0)) {
+    evidence.cov_dr = NominalCovariance(seen.b - window->begin, dr_weight_);
   }
-  window_ = Window{seen.b, seen.T_WC_vision, seen.cov_vision};
+  const SE3 T_ab = window->T_WC.inverse() * seen.T_WC_vision;
+  evidence.T_vision = T_BC_ * T_ab * T_BC_.inverse();
+  const Matrix6d from_begin = T_ab.inverse().Adjoint();
+  const Matrix6d cov = from_begin * window->cov * from_begin.transpose() + seen.cov_vision;
+  evidence.cov_vision = T_BC_.Adjoint() * cov * T_BC_.Adjoint().transpose();
+  trust_.Judge(evidence);
 }
 
 }  // namespace gw::frontend

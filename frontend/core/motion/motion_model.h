@@ -88,6 +88,13 @@ class MotionModel {
   Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s
   Utime observed_;                        // until here
 
+  // DR over an interval, and without the errors that are known of it.
+  struct Calibrated {
+    DrIncrement told;
+    SE3 T_BaBb;
+    DrNoise noise;  // of T_BaBb; body frame
+  };
+  std::optional<Calibrated> DrBetween(Utime a, Utime b) const;
   void CompareWithVision(const Seen& seen);
 
   // Healthy vision in a row, since this image.

@@ -5,8 +5,8 @@
     sensitivity.py run   --scratch DIR LOG[@T0:T1]... [--only REGEX] [--seeds N]
     sensitivity.py table --scratch DIR [--all]
 
-`build` copies the tree at HEAD into DIR, makes the constants changeable there (instrument.py) and
-builds gw-slam, gw-eval and gw-log once. `run` runs each log (its configuration LOG.yaml beside it,
+`build` copies the tree as it is committed into DIR, makes the constants changeable there (instrument.py) and
+builds gw-slam once. `run` runs each log (its configuration LOG.yaml beside it,
 its reference LOG.gt.tum or the log itself) undisturbed from N starts, which is the scatter, and
 with half and double of each constant; every run is a line of DIR/runs.csv, and what is there is
 not run again. `table` prints Markdown.
@@ -37,43 +37,53 @@ def repository():
                                        check=True, cwd=pathlib.Path(__file__).parent).stdout.strip())
 
 
+def program(name):
+    """One that no constant changes: that of the repository's own build."""
+    return repository() / "build/dev/bin" / name
+
+
 # --- build
 
-def copy_tree(target):
-    """The tree as it is committed; unchanged files keep their time so that little is rebuilt."""
-    root = repository()
-    for name in subprocess.run(["git", "ls-files"], capture_output=True, text=True, check=True, cwd=root).stdout.split():
-        source, copy = root / name, target / name
-        if source.is_file():
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(source, copy)
+def write_changed(path, content):
+    """Unchanged files keep their time, so that little is built again."""
+    if not path.exists() or path.read_bytes() != content:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
 
 
-def write_instrumented(target, reverted):
-    """Instruments the copy; returns all constants."""
-    root, constants = repository(), []
-    for path in instrument.sources(root, FOLDERS):
-        text = (root / path).read_text()
-        changed, found = instrument.instrument_text(path, text, reverted)
-        constants += found
-        copy = target / path
-        if copy.read_text() != changed:
-            copy.write_text(changed)
+def copy_tree(scratch):
+    """What is committed, into scratch/original."""
+    original = scratch / "original"
+    shutil.rmtree(original, ignore_errors=True)
+    original.mkdir()
+    archive = subprocess.run(["git", "archive", "HEAD"], capture_output=True, check=True, cwd=repository())
+    subprocess.run(["tar", "-x", "-C", original], input=archive.stdout, check=True)
+
+
+def write_instrumented(scratch, reverted):
+    """scratch/tree: the copy, instrumented. Returns all constants."""
+    original, constants = scratch / "original", []
+    changeable = set(instrument.sources(original, FOLDERS))
+    for path in sorted(p for p in original.rglob("*") if p.is_file()):
+        name, content = str(path.relative_to(original)), path.read_bytes()
+        if name in changeable:
+            text, found = instrument.instrument_text(name, content.decode(), reverted)
+            constants += found
+            content = text.encode()
+        write_changed(scratch / "tree" / name, content)
     return constants
 
 
 def build(scratch):
     tree, log = scratch / "tree", scratch / "build.log"
-    copy_tree(tree)
+    copy_tree(scratch)
     reverted = set()
-    # The compiler's quoted lines must not be folded, an array of variable size is an error.
-    flags = "-fmessage-length=0 -Wno-error -Werror=vla -fdiagnostics-color=never"
-    subprocess.run(["cmake", "-S", tree, "-B", scratch / "build", "-G", "Ninja", "-DCMAKE_BUILD_TYPE=RelWithDebInfo",
-                    "-DGW_WERROR=OFF", f"-DCMAKE_CXX_FLAGS={flags}"], check=True, stdout=subprocess.DEVNULL)
+    constants = write_instrumented(scratch, reverted)
+    # Preset and layout of the repository itself, so that ccache knows what is unchanged.
+    subprocess.run(["cmake", "--preset", "dev"], check=True, stdout=subprocess.DEVNULL, cwd=tree)
     while True:
-        constants = write_instrumented(tree, reverted)
-        done = subprocess.run(["nice", "-n", "10", "cmake", "--build", scratch / "build", "--target", "gw-slam", "gw-eval",
-                               "gw-log", "--", "-j2", "-k0"], capture_output=True, text=True)
+        done = subprocess.run(["nice", "-n", "2", "cmake", "--build", "build/dev", "--target", "gw-slam",
+                               "--", "-j2", "-k0"], capture_output=True, text=True, cwd=tree)
         log.write_text(done.stdout + done.stderr)
         if done.returncode == 0:
             break
@@ -82,6 +92,7 @@ def build(scratch):
             sys.exit(f"the copy does not build, and no constant is named: {log}")
         print(f"needed by the compiler: {', '.join(sorted(new))}", flush=True)
         reverted |= new
+        constants = write_instrumented(scratch, reverted)
     with open(scratch / "constants.csv", "w", newline="") as f:
         writer = csv.writer(f)
         writer.writerow(["constant", "line", "value", "left_as_it_is"])
@@ -107,7 +118,7 @@ class Log:
             cut = scratch / "logs" / (self.name.replace("@", "_").replace(":", "_") + ".lcm")
             cut.parent.mkdir(exist_ok=True)
             if not cut.exists():
-                subprocess.run([scratch / "build/bin/gw-log", "cut", self.path, span, cut], check=True,
+                subprocess.run([program("gw-log"), "cut", self.path, span, cut], check=True,
                                stdout=subprocess.DEVNULL)
             self.path = cut
 
@@ -116,7 +127,7 @@ def ape(scratch, log, estimate):
     """APE RMSE in m, or '' when the estimate cannot be compared."""
     result = scratch / "eval.json"
     result.unlink(missing_ok=True)
-    subprocess.run([scratch / "build/bin/gw-eval", "--align", log.align, "--ref", log.reference, "--est", estimate,
+    subprocess.run([program("gw-eval"), "--align", log.align, "--ref", log.reference, "--est", estimate,
                     "--json", result], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     if not result.exists():
         return ""
@@ -139,7 +150,7 @@ def run_once(scratch, log, constant, direction, seed):
     environment.pop("GW_OVERRIDE", None)
     if constant:
         environment["GW_OVERRIDE"] = f"{constant}={direction}"
-    command = ["nice", "-n", "19", scratch / "build/bin/gw-slam", log.path, "--config", log.config, "--out", out,
+    command = ["nice", "-n", "19", scratch / "tree/build/dev/bin/gw-slam", log.path, "--config", log.config, "--out", out,
                "--seed", str(seed)]
     before = os.times()
     try:

@@ -90,8 +90,8 @@ def instrument_text(path, text, reverted=frozenset()):
 
     changed = DECLARATION.sub(replace, text)
     if changed != text:
-        first = changed.find("\n#include")
-        at = first + 1 if first >= 0 else changed.find("\n", changed.find("#pragma once")) + 1
+        first = re.search(r"(?<=\n)#include", changed) or re.search(r"^#include|(?<=#pragma once\n)", changed)
+        at = first.start() if first else 0
         changed = changed[:at] + '#include "tools/lab/sensitivity/override.h"\n' + changed[at:]
     return changed, constants
 

@@ -14,13 +14,13 @@ DECLARATION = re.compile(
 DECLARATOR = re.compile(r"(?P<name>k[A-Z]\w*)\s*=\s*(?P<value>(?:[^,()]|\([^()]*\))+)(?:,\s*|$)")
 CONSTANT = re.compile(r"\bk[A-Z]\w*")
 
-# Not thresholds: indices, kinds and the layout of tables, seeds of random draws. By name and reason.
+# Not thresholds: indices, marks, layout of tables and vectors, fixed-point scales. By name and reason.
 STRUCTURE = {
     "kStream": "seed of random draws",
-    "kX": "index", "kY": "index", "kZ": "index", "kHeading": "index",
-    "kWayScale": "index", "kTurnScale": "index",
-    "kRows": None, "kColumns": None,  # thresholds when their value is overridable: see place_fit.cc
+    "kX": "index", "kY": "index", "kZ": "index", "kHeading": "index", "kWayScale": "index", "kTurnScale": "index",
     "kTaken": "mark", "kFree": "mark", "kInfinity": "infinity", "kNan": "not a number",
+    "kBlock": "width of a vector", "kSlack": "width of a vector", "kWeightSum": "fixed point", "kShift": "fixed point",
+    "kOrbPatchRadius": "size of a table", "kTables": "groups of 256 bits", "kBits": "groups of 256 bits",
 }
 
 

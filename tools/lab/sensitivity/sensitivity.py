@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """What half and double of every numeric constant of the cores do to the result of gw-slam.
 
-    sensitivity.py build --scratch DIR
+    sensitivity.py build --scratch DIR [--commit HEAD]
     sensitivity.py run   --scratch DIR LOG[@T0:T1]... [--only REGEX] [--seeds N]
     sensitivity.py table --scratch DIR [--all]
 
-`build` copies the tree as it is committed into DIR, makes the constants changeable there (instrument.py) and
+`build` copies the tree of a commit into DIR, makes the constants changeable there (instrument.py) and
 builds gw-slam once. `run` runs each log (its configuration LOG.yaml beside it,
 its reference LOG.gt.tum or the log itself) undisturbed from N starts, which is the scatter, and
 with half and double of each constant; every run is a line of DIR/runs.csv, and what is there is
@@ -51,12 +51,12 @@ def write_changed(path, content):
         path.write_bytes(content)
 
 
-def copy_tree(scratch):
-    """What is committed, into scratch/original."""
+def copy_tree(scratch, commit):
+    """The tree of a commit, into scratch/original."""
     original = scratch / "original"
     shutil.rmtree(original, ignore_errors=True)
     original.mkdir()
-    archive = subprocess.run(["git", "archive", "HEAD"], capture_output=True, check=True, cwd=repository())
+    archive = subprocess.run(["git", "archive", commit], capture_output=True, check=True, cwd=repository())
     subprocess.run(["tar", "-x", "-C", original], input=archive.stdout, check=True)
 
 
@@ -74,15 +74,16 @@ def write_instrumented(scratch, reverted):
     return constants
 
 
-def build(scratch):
+def build(scratch, commit):
     tree, log = scratch / "tree", scratch / "build.log"
-    copy_tree(scratch)
-    reverted = set()
+    copy_tree(scratch, commit)
+    kept = scratch / "needed_by_the_compiler.txt"
+    reverted = set(kept.read_text().split()) if kept.exists() else set()
     constants = write_instrumented(scratch, reverted)
     # Preset and layout of the repository itself, so that ccache knows what is unchanged.
     subprocess.run(["cmake", "--preset", "dev"], check=True, stdout=subprocess.DEVNULL, cwd=tree)
     while True:
-        done = subprocess.run(["nice", "-n", "2", "cmake", "--build", "build/dev", "--target", "gw-slam",
+        done = subprocess.run(["cmake", "--build", "build/dev", "--target", "gw-slam",
                                "--", "-j2", "-k0"], capture_output=True, text=True, cwd=tree)
         log.write_text(done.stdout + done.stderr)
         if done.returncode == 0:
@@ -92,6 +93,7 @@ def build(scratch):
             sys.exit(f"the copy does not build, and no constant is named: {log}")
         print(f"needed by the compiler: {', '.join(sorted(new))}", flush=True)
         reverted |= new
+        kept.write_text("\n".join(sorted(reverted)))
         constants = write_instrumented(scratch, reverted)
     with open(scratch / "constants.csv", "w", newline="") as f:
         writer = csv.writer(f)
@@ -268,6 +270,8 @@ def main():
     for name in ("build", "run", "table"):
         command = commands.add_parser(name)
         command.add_argument("--scratch", type=pathlib.Path, required=True)
+        if name == "build":
+            command.add_argument("--commit", default="HEAD")
         if name == "run":
             command.add_argument("logs", nargs="+")
             command.add_argument("--only", default="", help="constants whose path:name matches")
@@ -278,7 +282,7 @@ def main():
     scratch = arguments.scratch.resolve()
     scratch.mkdir(parents=True, exist_ok=True)
     if arguments.command == "build":
-        build(scratch)
+        build(scratch, arguments.commit)
     elif arguments.command == "run":
         run(scratch, [Log(scratch, text) for text in arguments.logs], arguments.only, arguments.seeds)
     else:

@@ -6,6 +6,7 @@
 
 #include "common/core/covariance.h"
 #include "common/core/random.h"
+#include "common/good_weights/covariance.h"
 #include "common/good_weights/vision_noise.h"
 
 namespace gw {

@@ -92,8 +92,9 @@ Result<Folder> ReadFolder(const fs::path& path, std::vector<std::string>& warnin
   });
   if (folder.files.empty()) {
     return Error{ErrorCode::kNotFound,
-                 path.string() + ": holds no .db3, .mcap or .bag file; name the file or the folder "
-                                 "that `ros2 bag record` wrote"};
+                 path.string() +
+                     ": holds no .db3, .mcap or .bag file; name the file or the folder "
+                     "that `ros2 bag record` wrote"};
   }
   const fs::path metadata = path / "metadata.yaml";
   if (!fs::exists(metadata, error)) {
@@ -143,11 +144,10 @@ Result<Done> Bag::Add(const fs::path& path, bool compressed_messages) {
   BagFile& file = *opened->file;
   std::vector<uint32_t> ours;  // our topic for each of the file
   for (const Topic& topic : file.topics()) {
-    const auto same =
-        std::find_if(topics_.begin(), topics_.end(), [&](const Topic& other) {
-          return other.name == topic.name && other.type == topic.type &&
-                 other.serialization == topic.serialization;
-        });
+    const auto same = std::find_if(topics_.begin(), topics_.end(), [&](const Topic& other) {
+      return other.name == topic.name && other.type == topic.type &&
+             other.serialization == topic.serialization;
+    });
     ours.push_back(static_cast<uint32_t>(same - topics_.begin()));
     if (same == topics_.end()) {
       topics_.push_back(topic);

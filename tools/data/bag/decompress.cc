@@ -64,8 +64,7 @@ Decompressed Unlz4(Bytes input, uint64_t limit) {
       Collect(limit, [&](uint8_t* data, size_t room, bool& done, std::string& problem) {
         size_t written = room;
         size_t read = input.size();
-        const size_t code =
-            LZ4F_decompress(context, data, &written, input.data(), &read, nullptr);
+        const size_t code = LZ4F_decompress(context, data, &written, input.data(), &read, nullptr);
         input = input.subspan(read);
         if (LZ4F_isError(code) != 0u) {
           problem = std::string("its lz4 data are damaged (") + LZ4F_getErrorName(code) + ")";

@@ -25,8 +25,7 @@ Result<std::unique_ptr<MappedFile>> MappedFile::Open(const std::filesystem::path
   if (data == MAP_FAILED) {
     return Error{ErrorCode::kIo, file.string() + ": cannot be mapped: " + std::strerror(errno)};
   }
-  return std::unique_ptr<MappedFile>(
-      new MappedFile({static_cast<const uint8_t*>(data), size}));
+  return std::unique_ptr<MappedFile>(new MappedFile({static_cast<const uint8_t*>(data), size}));
 }
 
 MappedFile::~MappedFile() {

@@ -72,10 +72,10 @@ class Ros1Bag : public BagFile {
   }
 
   Result<Bytes> Read(const MessageRef& message) override {
-    const Bytes all = message.block == 0 ? bytes_.subspan(kMagic.size())
-                                         : Bytes(cache_.Get(message.block, [&] {
-                                             return Unpack(message.block).bytes;
-                                           }));
+    const Bytes all =
+        message.block == 0
+            ? bytes_.subspan(kMagic.size())
+            : Bytes(cache_.Get(message.block, [&] { return Unpack(message.block).bytes; }));
     return all.subspan(message.offset, message.size);
   }
 

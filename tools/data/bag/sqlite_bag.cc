@@ -58,8 +58,8 @@ class SqliteBag : public BagFile {
       Topic topic;
       topic.name = TextColumn(topics.get(), 1);
       topic.type = ShortType(TextColumn(topics.get(), 2));
-      topic.serialization = TextColumn(topics.get(), 3) == "cdr" ? Serialization::kCdr
-                                                                  : Serialization::kOther;
+      topic.serialization =
+          TextColumn(topics.get(), 3) == "cdr" ? Serialization::kCdr : Serialization::kOther;
       topic_of_id_[sqlite3_column_int64(topics.get(), 0)] = static_cast<uint32_t>(topics_.size());
       topics_.push_back(topic);
     }
@@ -94,9 +94,8 @@ class SqliteBag : public BagFile {
 
  private:
   Error NotABag() const {
-    return {ErrorCode::kBadData,
-            fmt::format("is no database of rosbag2 that can be read ({})",
-                        sqlite3_errmsg(database_.get()))};
+    return {ErrorCode::kBadData, fmt::format("is no database of rosbag2 that can be read ({})",
+                                             sqlite3_errmsg(database_.get()))};
   }
 
   Database database_;
@@ -119,9 +118,8 @@ Database OpenDatabase(const std::filesystem::path& file) {
     const int code = sqlite3_open_v2((uri + suffix).c_str(), &handle,
                                      SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
     Database database(handle);
-    if (code == SQLITE_OK &&
-        sqlite3_exec(handle, "SELECT 1 FROM sqlite_master", nullptr, nullptr, nullptr) ==
-            SQLITE_OK) {
+    if (code == SQLITE_OK && sqlite3_exec(handle, "SELECT 1 FROM sqlite_master", nullptr, nullptr,
+                                          nullptr) == SQLITE_OK) {
       return database;
     }
   }

@@ -28,9 +28,8 @@ class BagFrames : public FrameSource {
     Result<Image> left = LoadImage(pair.left, false, rules_.left);
     if (!left) return left.error();
     pixels.left = *std::move(left);
-    Result<Image> second =
-        LoadImage(pair.second, rules_.second_is_depth, rules_.second_is_depth ? rules_.left
-                                                                              : rules_.right);
+    Result<Image> second = LoadImage(pair.second, rules_.second_is_depth,
+                                     rules_.second_is_depth ? rules_.left : rules_.right);
     if (!second) return second.error();
     if (pixels.left.width != second->width || pixels.left.height != second->height) {
       return Refused(pair.second,
@@ -114,10 +113,11 @@ Result<std::vector<BagPair>> PairImages(const std::vector<BagImage>& left,
                                      most_s * 1e3));
   }
   if (!second_is_depth && widest_us > 1000) {
-    warnings.push_back(tools::Format(
-        "the eyes are stamped up to %.1f ms apart; a pair is taken as one instant, so that depth is "
-        "wrong while the robot turns unless the eyes are triggered together",
-        static_cast<double>(widest_us) * 1e-3));
+    warnings.push_back(
+        tools::Format("the eyes are stamped up to %.1f ms apart; a pair is taken as one instant, "
+                      "so that depth is "
+                      "wrong while the robot turns unless the eyes are triggered together",
+                      static_cast<double>(widest_us) * 1e-3));
   }
   return pairs;
 }

@@ -40,7 +40,9 @@ struct Arguments {
 };
 
 void AddCommonOptions(CLI::App& app, Arguments& a) {
-  app.add_option("SRC", a.source, "folder of the recording (rosbag: the file, or the folder of rosbag2)")->required();
+  app.add_option("SRC", a.source,
+                 "folder of the recording (rosbag: the file, or the folder of rosbag2)")
+      ->required();
   app.add_option("--out", a.log, "LCM log to write")->required();
   app.add_option("--config-out", a.config, "robot configuration (YAML) to write")->required();
   app.add_flag("--skip-missing", a.skip_missing,
@@ -281,7 +283,8 @@ void AddBagTopics(CLI::App& rosbag, Command& c) {
          "topic of the wheels: Odometry, JointState or Kobuki's SensorState"},
         {"--imu", &c.bag.topics.imu, "topic of the IMU, or GYRO,ACCELEROMETER"},
         {"--truth", &c.bag.topics.truth, "topic of the ground truth"}}) {
-    rosbag.add_option(name, *value, std::string(text) + " (default: found by type; none: left out)");
+    rosbag.add_option(name, *value,
+                      std::string(text) + " (default: found by type; none: left out)");
   }
   rosbag.add_option("--truth-parent", c.bag.truth_parent, "ground truth of tf: its frame")
       ->capture_default_str();

@@ -43,8 +43,8 @@ Eigen::Vector2d DistortRational(const RosCameraInfo& info, const Eigen::Vector2d
   const auto k = [&](size_t i) { return Coefficient(info, i); };
   const double x = p.x(), y = p.y();
   const double r2 = p.squaredNorm();
-  const double radial = (1 + r2 * (k(0) + r2 * (k(1) + r2 * k(4)))) /
-                        (1 + r2 * (k(5) + r2 * (k(6) + r2 * k(7))));
+  const double radial =
+      (1 + r2 * (k(0) + r2 * (k(1) + r2 * k(4)))) / (1 + r2 * (k(5) + r2 * (k(6) + r2 * k(7))));
   return {x * radial + 2 * k(2) * x * y + k(3) * (r2 + 2 * x * x),
           y * radial + k(2) * (r2 + 2 * y * y) + 2 * k(3) * x * y};
 }
@@ -57,15 +57,21 @@ Eigen::Vector2d Distorted(const RosCameraInfo& info, const Eigen::Vector2d& p) {
 PinholeIntrinsics FromK(const RosCameraInfo& info) {
   const double bx = std::max(info.binning_x, 1);
   const double by = std::max(info.binning_y, 1);
-  return {info.K[0] / bx, info.K[4] / by, (info.K[2] - info.offset_x) / bx,
-          (info.K[5] - info.offset_y) / by, {}};
+  return {info.K[0] / bx,
+          info.K[4] / by,
+          (info.K[2] - info.offset_x) / bx,
+          (info.K[5] - info.offset_y) / by,
+          {}};
 }
 
 PinholeIntrinsics FromP(const RosCameraInfo& info) {
   const double bx = std::max(info.binning_x, 1);
   const double by = std::max(info.binning_y, 1);
-  return {info.P[0] / bx, info.P[5] / by, (info.P[2] - info.offset_x) / bx,
-          (info.P[6] - info.offset_y) / by, {}};
+  return {info.P[0] / bx,
+          info.P[5] / by,
+          (info.P[2] - info.offset_x) / bx,
+          (info.P[6] - info.offset_y) / by,
+          {}};
 }
 
 // Rectified frame of the pair from the camera's; identity where none is stated (all zero).
@@ -80,12 +86,12 @@ double BaselineOf(const RosCameraInfo& right) {
 
 Result<Done> CheckInfo(const RosCameraInfo& info) {
   if (!(info.K[0] > 0) || !(info.K[4] > 0)) {
-    return Refused(info, "is not calibrated (K is zero); calibrate the camera, or give "
-                         "--calibration ROBOT.yaml");
+    return Refused(info,
+                   "is not calibrated (K is zero); calibrate the camera, or give "
+                   "--calibration ROBOT.yaml");
   }
   const bool known = info.model.empty() || info.model == "plumb_bob" || info.model == "none" ||
-                     info.model == "rational_polynomial" || IsFisheye(info) ||
-                     !Distorted(info, 0);
+                     info.model == "rational_polynomial" || IsFisheye(info) || !Distorted(info, 0);
   if (!known) {
     return Refused(info, "its model '" + info.model +
                              "' is not known; plumb_bob, rational_polynomial and equidistant are");
@@ -189,12 +195,13 @@ Result<RosStereo> MakeRosStereo(const RosCameraInfo& left, const RosCameraInfo& 
                         R_C0Rect * Eigen::Vector3d(baseline, 0, 0));
     return stereo;
   }
-  if (!T_C0C1_tf) {
-    return Refused(right, "has no baseline (P[3] is 0), and tf does not tell where the right eye is "
-                          "in the left; is this the left camera's, or not calibrated as stereo?");
+  // Both eyes may be stamped with the left one's frame.
+  if (!T_C0C1_tf || T_C0C1_tf->translation().norm() == 0) {
+    return Refused(right,
+                   "has no baseline (P[3] is 0), and tf does not tell where the right eye is "
+                   "in the left; is this the left camera's, or not calibrated as stereo?");
   }
-  const SE3 T_LeftImported(Eigen::Quaterniond(stereo.left.R_FromImported),
-                           Eigen::Vector3d::Zero());
+  const SE3 T_LeftImported(Eigen::Quaterniond(stereo.left.R_FromImported), Eigen::Vector3d::Zero());
   const SE3 T_RightImported(Eigen::Quaterniond(stereo.right.R_FromImported),
                             Eigen::Vector3d::Zero());
   stereo.T_C0C1 = T_LeftImported.inverse() * *T_C0C1_tf * T_RightImported;

@@ -11,8 +11,7 @@ constexpr double kStill = 1e-4;  // m, rad
 void RosFrames::Add(const RosPose& transform) {
   Link& link = links_[{transform.parent, transform.child}];
   link.parent = transform.parent;
-  if (!link.poses.empty() &&
-      (link.poses.front().T.inverse() * transform.T).Log().norm() > kStill) {
+  if (!link.poses.empty() && (link.poses.front().T.inverse() * transform.T).Log().norm() > kStill) {
     link.moved = true;
   }
   link.poses.push_back({transform.utime, transform.T});

@@ -122,9 +122,8 @@ Image GreyByLayout(const RawImage& raw, const GreyLayout& layout) {
   for (int y = 0; y < raw.height; ++y) {
     const uint8_t* pixel = raw.Row(y);
     for (int x = 0; x < raw.width; ++x, pixel += layout.pixel_bytes) {
-      *out++ = layout.red < 0
-                   ? pixel[grey]
-                   : GreyOf(pixel[layout.red], pixel[layout.green], pixel[layout.blue]);
+      *out++ = layout.red < 0 ? pixel[grey]
+                              : GreyOf(pixel[layout.red], pixel[layout.green], pixel[layout.blue]);
     }
   }
   return image;

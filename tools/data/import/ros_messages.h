@@ -1,6 +1,6 @@
 // The ROS messages that recordings hold, decoded from their bytes, so that no ROS message package
-// is needed. Layouts: sensor_msgs, nav_msgs, geometry_msgs, tf2_msgs, kobuki_msgs of ROS 1 and ROS 2,
-// which differ in nothing but the serialisation (ros_reader.h). Images: ros_images.h.
+// is needed. Layouts: sensor_msgs, nav_msgs, geometry_msgs, tf2_msgs, kobuki_msgs of ROS 1 and ROS
+// 2, which differ in nothing but the serialisation (ros_reader.h). Images: ros_images.h.
 #pragma once
 
 #include <array>

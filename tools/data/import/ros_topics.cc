@@ -29,7 +29,7 @@ bool IsTicksType(const std::string& type) {
 // What the first message of a topic says.
 struct Facts {
   std::string frame, encoding;
-  bool has_wheels = false;               // of a JointState
+  bool has_wheels = false;                 // of a JointState
   bool has_gyro = true, has_accel = true;  // of an Imu: not all zero
 };
 
@@ -149,9 +149,11 @@ class Chooser {
   }
 
   std::optional<Index> RightOf(Index left, const std::vector<Index>& images) const {
-    constexpr std::array<std::pair<const char*, const char*>, 5> kEyes = {
-        {{"left", "right"}, {"infra1", "infra2"}, {"cam0", "cam1"}, {"Left", "Right"},
-         {"camera0", "camera1"}}};
+    constexpr std::array<std::pair<const char*, const char*>, 5> kEyes = {{{"left", "right"},
+                                                                           {"infra1", "infra2"},
+                                                                           {"cam0", "cam1"},
+                                                                           {"Left", "Right"},
+                                                                           {"camera0", "camera1"}}};
     for (const auto& [l, r] : kEyes) {
       std::string name = topic(left).name;
       size_t at = name.find(l);
@@ -287,8 +289,8 @@ class Chooser {
       Say("odometry", *named);
       return Done{};
     }
-    std::vector<Index> found = All(
-        [&](const bag::Topic& t) { return IsWheels(static_cast<Index>(&t - &topic(0))); });
+    std::vector<Index> found =
+        All([&](const bag::Topic& t) { return IsWheels(static_cast<Index>(&t - &topic(0))); });
     std::stable_sort(found.begin(), found.end(),
                      [&](Index a, Index b) { return OdometryRank(a) < OdometryRank(b); });
     if (found.empty()) return Done{};
@@ -382,8 +384,7 @@ std::string ListTopics(const bag::Bag& bag) {
   std::string text;
   for (const bag::Topic& topic : bag.topics()) {
     const double span_s = static_cast<double>(topic.last_ns - topic.first_ns) * 1e-9;
-    const double rate =
-        span_s > 0 ? static_cast<double>(topic.messages - 1) / span_s : 0.0;
+    const double rate = span_s > 0 ? static_cast<double>(topic.messages - 1) / span_s : 0.0;
     text += tools::Format("  %-*s %-36s %8d messages %8.1f Hz%s\n", static_cast<int>(widest),
                           topic.name, topic.type, topic.messages, rate,
                           topic.serialization == bag::Serialization::kOther

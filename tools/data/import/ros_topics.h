@@ -35,8 +35,9 @@ struct RosTopics {
 // By the types, then by what the first messages and the names say: a depth image is one of 16 or 32
 // bits whose name or format says so; it belongs to the image of its own frame; eyes differ in
 // "left" and "right", "infra1" and "infra2", "cam0" and "cam1". Where a bag has both, RGB-D is
-// taken, unless a calibration says otherwise: the eyes of a depth camera see its dots. Error: kBadData for a topic that is wished for
-// but not there or of another type; the message lists those that are.
+// taken, unless a calibration says otherwise: the eyes of a depth camera see its dots. Error:
+// kBadData for a topic that is wished for but not there or of another type; the message lists those
+// that are.
 Result<RosTopics> ChooseTopics(bag::Bag& bag, const TopicWishes& wishes);
 
 // One line for each topic of a bag: name, type, messages, rate.

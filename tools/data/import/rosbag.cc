@@ -50,8 +50,8 @@ struct Streams {
     int64_t count = 0;
     std::string why;  // of the first
   };
-  std::map<std::string, Spoilt> spoilt;       // by topic: messages that are of no use
-  std::map<std::string, int64_t> unstamped;   // by topic: stamped with their time of arrival
+  std::map<std::string, Spoilt> spoilt;      // by topic: messages that are of no use
+  std::map<std::string, int64_t> unstamped;  // by topic: stamped with their time of arrival
 };
 
 class StreamReader {
@@ -74,9 +74,9 @@ class StreamReader {
 
  private:
   bool Wanted(uint32_t i, const bag::Topic& topic) const {
-    for (const auto& chosen : {topics_.left, topics_.right, topics_.depth, topics_.left_info,
-                               topics_.right_info, topics_.odometry, topics_.imu, topics_.accel,
-                               topics_.truth}) {
+    for (const auto& chosen :
+         {topics_.left, topics_.right, topics_.depth, topics_.left_info, topics_.right_info,
+          topics_.odometry, topics_.imu, topics_.accel, topics_.truth}) {
       if (chosen == i) return true;
     }
     return IsTransforms(topic.type);
@@ -154,8 +154,7 @@ class StreamReader {
       // Other joints may share the topic, in messages of their own.
       const std::optional<WheelJoints> wheels = FindWheelJoints(*joints);
       if (!wheels) return Done{};
-      streams_.angles.push_back({TimeOf(ref, topic, joints->utime),
-                                 joints->positions[wheels->left],
+      streams_.angles.push_back({TimeOf(ref, topic, joints->utime), joints->positions[wheels->left],
                                  joints->positions[wheels->right]});
       return Done{};
     }
@@ -195,7 +194,10 @@ class Assembler {
  public:
   Assembler(const RosbagOptions& options, const RosTopics& topics, Streams& streams,
             Recording& recording)
-      : options_(options), topics_(topics), streams_(streams), recording_(recording),
+      : options_(options),
+        topics_(topics),
+        streams_(streams),
+        recording_(recording),
         body_(BodyOf(streams)),
         given_(!options.robot_config.empty() || !options.cid_sims_calibration.empty()) {}
 
@@ -228,9 +230,10 @@ class Assembler {
                          spoilt.count, total, spoilt.why));
     }
     for (const auto& [topic, count] : streams_.unstamped) {
-      Warn(tools::Format("topic %s: %d messages have no stamp; their time of arrival is taken, which "
-                         "is late by an unknown and unsteady time",
-                         topic, count));
+      Warn(tools::Format(
+          "topic %s: %d messages have no stamp; their time of arrival is taken, which "
+          "is late by an unknown and unsteady time",
+          topic, count));
     }
   }
 
@@ -239,11 +242,11 @@ class Assembler {
                  const std::string& guessed) {
     const std::optional<SE3> T = streams_.frames.Pose(body_, frame);
     if (T && !body_.empty()) return *T;
-    Warn(tools::Format("tf does not tell where the frame '%s' of the %s is on the robot (%s); taken: "
-                       "%s. Correct it in the YAML, or record /tf_static",
-                       frame, what, body_.empty() ? "no frame of the base is known"
-                                                  : "from '" + body_ + "'",
-                       guessed));
+    Warn(tools::Format(
+        "tf does not tell where the frame '%s' of the %s is on the robot (%s); taken: "
+        "%s. Correct it in the YAML, or record /tf_static",
+        frame, what, body_.empty() ? "no frame of the base is known" : "from '" + body_ + "'",
+        guessed));
     return guess;
   }
 
@@ -251,9 +254,9 @@ class Assembler {
     CameraCalibration& camera = recording_.calibration.camera;
     const bool stereo = topics_.right.has_value();
     if (!streams_.left_info || (stereo && !streams_.right_info)) {
-      return Error{ErrorCode::kBadData,
-                   "the bag has no CameraInfo of " + std::string(stereo ? "both eyes" : "the image") +
-                       "; give the calibration with --calibration ROBOT.yaml"};
+      return Error{ErrorCode::kBadData, "the bag has no CameraInfo of " +
+                                            std::string(stereo ? "both eyes" : "the image") +
+                                            "; give the calibration with --calibration ROBOT.yaml"};
     }
     RosCameraInfo left = *streams_.left_info;
     RosEye left_eye;
@@ -296,10 +299,9 @@ class Assembler {
     rectified_ = bag->topics()[*topics_.left].name.find("rect") != std::string::npos;
     BagImageRules rules;
     if (given_ && (camera.kind == CameraKind::kRgbd) != depth) {
-      return Error{ErrorCode::kBadConfig,
-                   std::string("the calibration that is given is of kind ") +
-                       (depth ? "stereo; choose the eyes with --stereo L,R"
-                              : "rgbd; choose the images with --rgbd I,D")};
+      return Error{ErrorCode::kBadConfig, std::string("the calibration that is given is of kind ") +
+                                              (depth ? "stereo; choose the eyes with --stereo L,R"
+                                                     : "rgbd; choose the images with --rgbd I,D")};
     }
     if (!given_) {
       const Result<Done> set = SetCameraFromInfo(rules);
@@ -340,8 +342,8 @@ class Assembler {
     const double rate_hz = MedianRateHz(times);
     if (rate_hz > 0) camera.rate_hz = rate_hz;
     if (given_) return Done{};
-    for (const auto& [size, eye, name] :
-         {std::tuple{stated_left_, &camera.left, "left"}, {stated_right_, &camera.right, "right"}}) {
+    for (const auto& [size, eye, name] : {std::tuple{stated_left_, &camera.left, "left"},
+                                          {stated_right_, &camera.right, "right"}}) {
       if (size.first == 0) continue;
       const Result<Done> fits =
           FitStatedSize(size.first, size.second, std::string("CameraInfo of the ") + name + " eye",
@@ -358,9 +360,10 @@ class Assembler {
     if (options_.track_m > 0) wheel.track_width_m = options_.track_m;
     if (!streams_.angles.empty()) {
       if (!(options_.wheel_radius_m > 0) || !(options_.track_m > 0)) {
-        return Error{ErrorCode::kInvalidArgument,
-                     "the odometry is the angles of two wheels: their radius and distance are needed "
-                     "(--wheel-radius M --track M)"};
+        return Error{
+            ErrorCode::kInvalidArgument,
+            "the odometry is the angles of two wheels: their radius and distance are needed "
+            "(--wheel-radius M --track M)"};
       }
       const Result<Done> ordered = MakeOrdered(streams_.angles, "odometry", recording_.warnings);
       if (!ordered) return ordered;
@@ -371,9 +374,9 @@ class Assembler {
       if (!ordered) return ordered;
       recording_.wheel =
           WheelsFromTicks(streams_.ticks, {wheel.ticks_per_metre, wheel.track_width_m});
-      recording_.notes.emplace_back(
-          "wheel", tools::Format("encoder counts, %.1f a metre, track %.4f m",
-                                 wheel.ticks_per_metre, wheel.track_width_m));
+      recording_.notes.emplace_back("wheel",
+                                    tools::Format("encoder counts, %.1f a metre, track %.4f m",
+                                                  wheel.ticks_per_metre, wheel.track_width_m));
     } else {
       const Result<Done> ordered = MakeOrdered(streams_.odometry, "odometry", recording_.warnings);
       if (!ordered) return ordered;
@@ -440,7 +443,7 @@ class Assembler {
     }
     const std::optional<SE3> T_BodyTruth =
         frame.empty() ? std::nullopt : streams_.frames.Pose(body_, frame);
-    if (topics_.truth && !T_BodyTruth && frame != body_) {
+    if (!frame.empty() && !T_BodyTruth && frame != body_) {
       Warn("tf does not tell where the frame '" + frame +
            "' of the ground truth is on the robot; taken as the body");
     }

@@ -14,12 +14,14 @@ constexpr DurationUs kLateness = Milliseconds(200);  // by which DR may be late
 constexpr DurationUs kBetweenAnchors = Milliseconds(100);
 constexpr DurationUs kLongest = Milliseconds(3000);    // that DR is composed over
 constexpr DurationUs kMaxMissing = Milliseconds(300);  // of a track: the emitter may blink
-constexpr int kMaxDistance = 50;                       // Hamming, from one image to the next
-constexpr double kWindow = 3.0;                        // px at level 0, around where it may be
+constexpr int kMaxDistance = 80;   // Hamming, from one image to the next: windows are small
+constexpr double kNearest = 0.05;  // m
+constexpr double kWindow = 3.0;    // px at level 0, around where it may be
 const double kDecisive = std::log(1000.0);
 // A residual beyond five sigmas says that the hypothesis does not hold, and no more.
 constexpr double kMaxChi2 = 25.0;
-constexpr int kWitnesses = 10;  // votes of features that are known to move, to outvote DR
+constexpr double kMemory = 200;  // votes
+constexpr int kWitnesses = 10;   // votes of features that are known to move, to outvote DR
 
 double LogLikelihood(const Eigen::Vector2d& residual, const Eigen::Matrix2d& cov) {
   const double chi2 = std::min(residual.dot(cov.inverse() * residual), kMaxChi2);
@@ -52,7 +54,7 @@ void FixedInImage::Observe(Utime utime, const FeatureFrame& frame,
   const bool anchor_due = anchors_.empty() || utime - anchors_.back().utime >= kBetweenAnchors;
   kind_.assign(frame.features.size(), Kind::kUnknown);
   // Between anchors there is work only where something has to be left out.
-  if (!anchor_due && num_fixed_ == 0) return;
+  if (!anchor_due && !any()) return;
   Follow(utime, frame);
   Decide();
   if (anchor_due) SetAnchor(utime, frame);
@@ -80,12 +82,18 @@ void FixedInImage::Move(Utime utime, const std::optional<CameraStep>& step) {
     a.white += step->white;
     a.common += step->common;
     if (utime - a.utime > kLateness) a.T_late = a.T * T_recent.inverse();
+    if (!step->T_ab_seen) a.T_seen.reset();
+    if (a.T_seen) a.T_seen = *a.T_seen * *step->T_ab_seen;
   }
   while (!anchors_.empty() && utime - anchors_.front().utime > kLongest) {
     anchors_.pop_front();
     ++first_anchor_;
   }
-  for (Track& t : tracks_) t.p = T_ba * t.p;
+  const SE3 T_ba_seen = step->T_ab_seen.value_or(step->T_ab).inverse();
+  for (Track& t : tracks_) {
+    t.p = T_ba * t.p;
+    t.p_seen = T_ba_seen * t.p_seen;
+  }
 }
 
 // Finds the tracks again, where they were or where the motion puts them.
@@ -96,8 +104,9 @@ void FixedInImage::Follow(Utime utime, const FeatureFrame& frame) {
     const double radius = kWindow * pyramid_.Scale(t.level);
     Similar best;
     FindSimilar(frame, grid, t.uv, radius, t.level, t.descriptor, taken, &best);
-    if (t.p.z() > 0.05) {
-      FindSimilar(frame, grid, camera_.Project(t.p), radius, t.level, t.descriptor, taken, &best);
+    for (const Eigen::Vector3d& p : {t.p, t.p_seen}) {
+      if (!(p.z() > kNearest)) continue;
+      FindSimilar(frame, grid, camera_.Project(p), radius, t.level, t.descriptor, taken, &best);
     }
     t.feature = best.index;
     if (best.index < 0) continue;
@@ -107,7 +116,7 @@ void FixedInImage::Follow(Utime utime, const FeatureFrame& frame) {
     t.uv = {f.u, f.v};
     // Without depth of its own the feature keeps the distance that the motion gives it.
     const double z = f.has_depth() ? f.depth : t.p.z();
-    if (z > 0) t.p = camera_.Unproject(t.uv.x(), t.uv.y(), z);
+    if (z > 0) t.p = t.p_seen = camera_.Unproject(t.uv.x(), t.uv.y(), z);
     t.descriptor = frame.descriptors[k];
     t.level = f.level;
     t.seen = utime;
@@ -118,7 +127,7 @@ void FixedInImage::Follow(Utime utime, const FeatureFrame& frame) {
 double FixedInImage::WorldLikelihood(const Track& t, const SE3& T_0,
                                      const Vector6d& variance) const {
   const Eigen::Vector3d p = T_0.inverse() * t.p_0;
-  if (!(p.z() > 0.05)) return -0.5 * kMaxChi2;
+  if (!(p.z() > kNearest)) return -0.5 * kMaxChi2;
   const double s = pyramid_.Scale(t.level);
   const double iz = 1 / p.z();
   Eigen::Matrix<double, 2, 3> J;                           // d pixel / d p
@@ -144,8 +153,12 @@ FixedInImage::Vote FixedInImage::Judge(const Track& t) const {
                                 WorldLikelihood(t, *anchor->T_late, anchor->Variance()));
   if (fixed - world > kDecisive) return Vote::kFixed;
   if (world - fixed > kDecisive) return Vote::kWorld;
+  // As vision says, with a noise of its own that is small over such a time.
+  const bool moves =
+      anchor->T_seen &&
+      WorldLikelihood(t, *anchor->T_seen, Vector6d::Zero()) - std::max(fixed, world) > kDecisive;
   const double neither = LogLikelihood(Eigen::Vector2d(1e6, 1e6), still);
-  return fixed <= neither && world <= neither ? Vote::kNeither : Vote::kNone;
+  return moves || (fixed <= neither && world <= neither) ? Vote::kNeither : Vote::kNone;
 }
 
 // What the image says of its tracks. Anchors are taken anew where it says something.
@@ -165,27 +178,36 @@ void FixedInImage::Decide() {
   }
   const bool dr_wrong = known_world + known_other >= kWitnesses ? known_other > known_world
                                                                 : other_neither > other_fixed;
-  if (num_fixed_ == 0) since_ = {std::numeric_limits<int64_t>::max()};
-  num_fixed_ = num_world_ = 0;
+  if (!any()) since_ = {std::numeric_limits<int64_t>::max()};
+  num_fixed_ = 0;
+  int fixed = 0, world = 0;
   for (size_t i = 0; i < tracks_.size(); ++i) {
     Track& t = tracks_[i];
-    if (!dr_wrong && votes[i] == Vote::kWorld) t.kind = Kind::kWorld;
+    if (!dr_wrong && votes[i] == Vote::kWorld) {
+      ++world;
+      t.kind = Kind::kWorld;
+    }
     if (!dr_wrong && votes[i] == Vote::kFixed) {
+      ++fixed;
       if (t.kind != Kind::kFixed) since_ = std::min(since_, AnchorOf(t)->utime);
       t.kind = Kind::kFixed;
     }
     if (t.feature < 0) continue;
     kind_[static_cast<size_t>(t.feature)] = t.kind;
     num_fixed_ += t.kind == Kind::kFixed;
-    num_world_ += t.kind == Kind::kWorld;
     // Judged: the next anchor is taken from here.
     if (votes[i] != Vote::kNone) t.anchor = kNoAnchor;
   }
+  const double kept = std::exp(-(fixed + world) / kMemory);
+  votes_fixed_ = kept * votes_fixed_ + fixed;
+  votes_world_ = kept * votes_world_ + world;
+  const double judged = votes_fixed_ + votes_world_ + kPriorWorld;
+  prevails_ = votes_fixed_ > (prevails_ ? kNoRisk : kRisk) * judged;
 }
 
 void FixedInImage::AnchorTrack(Track* t, const Feature& f) const {
   t->uv_0 = t->uv = {f.u, f.v};
-  t->p_0 = t->p = camera_.Unproject(f.u, f.v, f.depth);
+  t->p_0 = t->p = t->p_seen = camera_.Unproject(f.u, f.v, f.depth);
   t->anchor = first_anchor_ + anchors_.size() - 1;
 }
 

@@ -15,7 +15,8 @@
 //
 // DR is a witness here like any other: what has moved with the world before outvotes it. When such
 // features, too, stand still or move otherwise, the wheels slip or DR is wrong, and nothing is
-// decided from it.
+// decided from it; nor when more features move as vision says, and not as DR says, than stand
+// still.
 #pragma once
 
 #include <deque>
@@ -36,6 +37,7 @@ struct CameraStep {
   SE3 T_ab;
   Vector6d white = Vector6d::Zero();   // variance of what is independent from step to step
   Vector6d common = Vector6d::Zero();  // sigma of what steps in a row have in common
+  std::optional<SE3> T_ab_seen;        // by vision, where it carries the pose
 };
 
 class FixedInImage {
@@ -48,10 +50,10 @@ class FixedInImage {
   void Observe(Utime utime, const FeatureFrame& frame, const std::optional<CameraStep>& step);
 
   // Some features of the image are to be left out.
-  bool any() const { return num_fixed_ > 0; }
-  // More features are fixed than move: those of which nothing is known yet are more likely fixed
-  // than not.
-  bool Prevails() const { return num_fixed_ > num_world_ + kPriorWorld; }
+  bool any() const { return num_fixed_ > 0 || Prevails(); }
+  // A feature of which nothing is known yet is fixed with a probability above kRisk, by what the
+  // features were found to be that were judged lately; until that has fallen below kNoRisk.
+  bool Prevails() const { return prevails_; }
   // When what is now known to be fixed was first seen. Precondition: any().
   Utime since() const { return since_; }
 
@@ -59,9 +61,12 @@ class FixedInImage {
   FeatureFrame Without(const FeatureFrame& frame) const;
 
  private:
-  // How many features that move with the world are taken for granted: a few that seem fixed, which
-  // a repeated pattern may make, say nothing about those that are not known.
-  static constexpr int kPriorWorld = 20;
+  // Half a world that is fixed makes a pose of its own; a quarter is outvoted by the rest.
+  static constexpr double kRisk = 0.25;
+  static constexpr double kNoRisk = 0.05;
+  // So many judged features of the world are taken for granted: a few that seem fixed, which a
+  // repeated pattern may make, say nothing of those that are not known.
+  static constexpr double kPriorWorld = 60;
 
   static constexpr size_t kNoAnchor = std::numeric_limits<size_t>::max();
 
@@ -75,6 +80,7 @@ class FixedInImage {
     Vector6d white = Vector6d::Zero();   // of T, as of a step
     Vector6d common = Vector6d::Zero();  // of T
     std::optional<SE3> T_late;           // until kLateness ago; empty: it is younger
+    std::optional<SE3> T_seen = SE3();   // as T, by vision; empty where it was broken since
 
     Vector6d Variance() const { return white + common.cwiseAbs2(); }
   };
@@ -84,7 +90,8 @@ class FixedInImage {
     Eigen::Vector3d p_0;        // there, m
     size_t anchor = kNoAnchor;  // number since the begin
     Eigen::Vector2d uv;         // px, when it was seen last
-    Eigen::Vector3d p;          // by the world's hypothesis, in the camera now
+    Eigen::Vector3d p;          // by DR, in the camera now
+    Eigen::Vector3d p_seen;     // by vision
     Descriptor descriptor;
     int level = 0;
     Utime seen;
@@ -114,8 +121,10 @@ class FixedInImage {
   };
   std::deque<Step> recent_;  // of the last kLateness
   std::vector<Track> tracks_;
-  std::vector<Kind> kind_;  // per feature of the newest image
-  int num_fixed_ = 0, num_world_ = 0;
+  std::vector<Kind> kind_;                    // per feature of the newest image
+  int num_fixed_ = 0;                         // in the newest image
+  double votes_fixed_ = 0, votes_world_ = 0;  // of the newest images that had any, kMemory in all
+  bool prevails_ = false;
   Utime since_;
 };
 

@@ -34,7 +34,7 @@ class Drive {
       frame_ = See();
       std::optional<CameraStep> step;
       if (tells) {
-        step = CameraStep{*tells, Vector6d::Constant(1e-7), Vector6d::Constant(2e-4)};
+        step = CameraStep{*tells, Vector6d::Constant(1e-7), Vector6d::Constant(2e-4), sees_};
       }
       fixed_.Observe(utime_, frame_, step);
     }
@@ -48,6 +48,8 @@ class Drive {
     return out;
   }
   FixedInImage& fixed() { return fixed_; }
+  // Vision that carries the pose says this of every step from now on.
+  void Sees(const SE3& T_ab) { sees_ = T_ab; }
   Utime utime() const { return utime_; }
 
  private:
@@ -87,6 +89,7 @@ class Drive {
   FeatureFrame frame_;
   Utime utime_{1'000'000};
   SE3 T_WC_;
+  std::optional<SE3> sees_;
 };
 
 const SE3 kStep(Eigen::Quaterniond::Identity(), {0, 0, 0.03});  // 0.45 m/s
@@ -138,6 +141,20 @@ TEST(FixedInImage, DecidesNothingFromDeadReckoningThatIsWrong) {
     drive.Go(60, kStep, wrong);
     EXPECT_FALSE(drive.fixed().Prevails()) << wrong.translation().transpose();
   }
+}
+
+// The same, where some of the world repeats itself at the same place of the image: vision that
+// moves with the rest of it speaks for the world.
+TEST(FixedInImage, AsksVisionWhereDeadReckoningIsWrong) {
+  const SE3 backwards(Eigen::Quaterniond::Identity(), {0, 0, -0.03});
+  Drive drive(600, 60);
+  drive.Sees(kStep);
+  drive.Go(60, kStep, backwards);
+  EXPECT_FALSE(drive.fixed().Prevails());
+  Drive captured(0, 400);
+  captured.Sees(kStill);
+  captured.Go(60, kStep, kStep);
+  EXPECT_TRUE(captured.fixed().Prevails());
 }
 
 // Dead reckoning that comes 150 ms late, or early, at every start and stop.

@@ -55,6 +55,12 @@ Motion MotionModel::Between(Utime a, Utime b) const {
       return out;
     }
   }
+  return Coast(a, b);
+}
+
+Motion MotionModel::Coast(Utime a, Utime b) const {
+  Motion out;
+  const DurationUs dt = b - a;
   if (b - observed_ <= kMaxCoasting) out.T_ab = SE3::Exp(velocity_ * dt.seconds());
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(kCoastingSigmaTranslation),
@@ -68,9 +74,10 @@ Motion MotionModel::Between(Utime a, Utime b) const {
 std::optional<CameraStep> MotionModel::Step(Utime a, Utime b) const {
   const auto dr = DrPredicts(variant_) ? DrBetween(a, b) : std::nullopt;
   if (!dr || dr->told.slip) return std::nullopt;
-  const DrNoise noise = InCamera(trust_.Shown(dr->noise), T_BC_);
+  const DrNoise noise = InCamera(dr->noise, T_BC_);
   CameraStep out;
   out.T_ab = InCamera(dr->T_BaBb, T_BC_);
+  if (observed_ == a) out.T_ab_seen = Coast(a, b).T_ab;
   out.white = noise.white.diagonal();
   out.common = (noise.lever * noise.coherent * noise.lever.transpose()).diagonal().cwiseMax(0);
   out.common = out.common.cwiseSqrt().eval();

@@ -44,12 +44,17 @@ class MotionModel {
   // interval, the variant uses it, and vision that carried the image at `a` does not contradict it.
   Motion Between(Utime a, Utime b) const;
 
+  // The same at constant velocity, whatever DR says: where vision carried the image at `a`, an
+  // evidence of its own.
+  Motion Coast(Utime a, Utime b) const;
+
   // DR over any interval (keyframes), its scale errors taken out. Body frame. Empty also while
   // healthy vision contradicts it.
   std::optional<DrIncrement> Increment(Utime a, Utime b) const;
 
-  // The motion of the camera as DR tells it, whether vision agrees or not. Empty where DR does not
-  // cover the interval, notices slip, or the variant does not use it.
+  // The motion of the camera as DR tells it, with the noise that it claims, whether vision agrees
+  // or not. Empty where DR does not cover the interval, notices slip, or the variant does not use
+  // it.
   std::optional<CameraStep> Step(Utime a, Utime b) const;
 
   // The camera in the odometry frame; empty where DR does not cover the instant, or the variant

@@ -8,6 +8,7 @@
 
 #include "common/core/clock_watch.h"
 #include "common/good_weights/camera_motion.h"
+#include "common/good_weights/edge_covariance.h"
 #include "common/good_weights/quality.h"
 #include "common/good_weights/vision_noise.h"
 #include "frontend/core/features/eye_sync.h"
@@ -32,6 +33,8 @@ constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
 // Quality from which a pose may contradict dead reckoning: half of what there is to be seen is.
 constexpr double kSureQuality = 0.5;
+// Fewer of the matches as inliers make a pose that may be a wrong one.
+constexpr double kFewInliers = 0.4;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
@@ -94,6 +97,9 @@ class Tracker::Impl {
   Image Predict(Utime utime);
   void Locate(Image* image);
   FoundPose Find(const Image& image);
+  bool Contradicts(const Image& image, const FoundPose& found) const;
+  FoundPose FindAlone(const Image& image);
+  static SE3 VisionAlone(const Image& image, const PoseEstimate& e);
   FoundPose FindAnywhere(Utime utime);
   bool TakePlace(Image* image);
   bool IsBelieved(const Image& image, const FramePose& report);
@@ -152,6 +158,34 @@ class Tracker::Impl {
   KeyframeChain chain_;
 };
 
+// True when the pose that was found around the prediction of dead reckoning contradicts it, or is
+// none.
+bool Tracker::Impl::Contradicts(const Image& image, const FoundPose& found) const {
+  if (!found.found || found.estimate.num_inliers < kFewInliers * found.num_tracked) return true;
+  const SE3 T_WC = VisionAlone(image, found.estimate);
+  const Vector6d e = (image.T_WC_predicted.inverse() * T_WC).Log();
+  const Matrix6d cov =
+      image.motion.weight_cov + VisionCovariance(found.estimate.vision_information);
+  return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
+}
+
+// At constant velocity, without dead reckoning. Vision that carried the image before and finds no
+// fewer inliers so is not overruled by it.
+FoundPose Tracker::Impl::FindAlone(const Image& image) {
+  const Motion motion = motion_.Coast(utime_, image.utime);
+  PosePrediction prediction;
+  prediction.T_WC = T_WC_ * motion.T_ab;
+  prediction.search_cov = prediction.weight_cov = motion.weight_cov;
+  return finder_.Follow(prediction, tracked_, reference_, &map_);
+}
+
+// The pose without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
+SE3 Tracker::Impl::VisionAlone(const Image& image, const PoseEstimate& e) {
+  const Eigen::LDLT<Matrix6d> of_vision(e.vision_information);
+  const Vector6d pulled = (image.T_WC_predicted.inverse() * e.T_WC).Log();
+  return e.T_WC * SE3::Exp(of_vision.solve(e.prior_information * pulled));
+}
+
 // Around the prediction.
 FoundPose Tracker::Impl::Find(const Image& image) {
   const Motion& motion = image.motion;
@@ -171,6 +205,13 @@ FoundPose Tracker::Impl::Find(const Image& image) {
         prediction.vision_broken ? prediction.search_cov : motion.noise.Covariance();
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
+  if (motion.from_dr && !prediction.vision_broken && Contradicts(image, found)) {
+    FoundPose alone = FindAlone(image);
+    if (alone.found && alone.estimate.num_inliers >= Recovery::kConvincingInliers &&
+        alone.estimate.num_inliers >= found.estimate.num_inliers) {
+      return alone;
+    }
+  }
   if (!found.found && !motion.from_dr) {
     FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image.utime.us), &map_);
     if (again.found) return again;
@@ -575,11 +616,8 @@ MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, const
   seen.sure =
       in_a_row && report.q >= kSureQuality && report.num_inliers >= Recovery::kConvincingInliers;
   if (!seen.sure) return seen;
-  // Without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
   const PoseEstimate& e = image.found.estimate;
-  const Eigen::LDLT<Matrix6d> of_vision(e.vision_information);
-  const Vector6d pulled = (image.T_WC_predicted.inverse() * e.T_WC).Log();
-  seen.T_WC_vision = e.T_WC * SE3::Exp(of_vision.solve(e.prior_information * pulled));
+  seen.T_WC_vision = VisionAlone(image, e);
   seen.cov_vision = VisionCovariance(e.vision_information);
   return seen;
 }

@@ -35,16 +35,28 @@ Result<Done> ReadWithFault(const std::string& path, const fault::FaultPlan& plan
   return Done{};
 }
 
-void Note(const std::string& name, Utime utime, bool of_dr, Findings* findings) {
+Finding& Note(const std::string& name, Utime utime, bool of_dr, Findings* findings) {
   Finding& finding = findings->try_emplace(name, Finding{utime, 0, of_dr}).first->second;
   ++finding.count;
+  return finding;
 }
 
-void NoteReasons(const std::vector<FramePose>& frames, Findings* findings) {
+// As the front-end's process says it in HEALTH (frontend/process).
+bool IsDegraded(const FramePose& frame) {
+  return frame.status == TrackingStatus::kLost || frame.status == TrackingStatus::kRecovering ||
+         frame.status == TrackingStatus::kDrOnly ||
+         frame.reason == TrackingReason::kDrContradictsVision;
+}
+
+void NoteReasons(const std::vector<FramePose>& frames, double rate_hz, Findings* findings) {
+  std::map<std::string, int64_t> degraded;  // images
   for (const FramePose& f : frames) {
     if (f.reason == TrackingReason::kNone) continue;
-    Note(tools::ReasonName(f.reason), f.utime, f.reason == TrackingReason::kDrContradictsVision,
-         findings);
+    const std::string name = tools::ReasonName(f.reason);
+    Finding& finding =
+        Note(name, f.utime, f.reason == TrackingReason::kDrContradictsVision, findings);
+    degraded[name] += IsDegraded(f);
+    finding.in_health = static_cast<double>(degraded[name]) >= rate_hz;
   }
 }
 
@@ -63,7 +75,7 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
   Utime now;
   session->WatchDr([&](const dr_ekf::DrFilter::Output& output) {
     for (const auto diagnosis : output.found) {
-      Note(std::string(dr_ekf::Name(diagnosis)), now, true, &out.findings);
+      Note(std::string(dr_ekf::Name(diagnosis)), now, true, &out.findings).in_health = true;
     }
     for (const auto event : output.events) {
       if (event == dr_ekf::DrEvent::kSlipBegin) Note("slip", now, true, &out.findings);
@@ -87,7 +99,7 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
   }
   experiment->dr_synthetic |= session->dr_synthetic();
   out.run = measure::RunOf(*session);
-  NoteReasons(out.run.frames, &out.findings);
+  NoteReasons(out.run.frames, config.calibration.camera.rate_hz, &out.findings);
   return out;
 }
 

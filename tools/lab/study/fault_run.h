@@ -16,6 +16,9 @@ struct Finding {
   Utime first;         // of the log: when it was said first
   int64_t count = 0;   // images with the reason; diagnoses; begins of slip
   bool of_dr = false;  // it accuses dead reckoning or one of its sensors
+  // HEALTH would name it: a diagnosis, or a reason for which the front-end was degraded for a
+  // second of images (the period of HEALTH) in all.
+  bool in_health = false;
 };
 using Findings = std::map<std::string, Finding>;  // by its name
 

@@ -29,10 +29,10 @@ std::optional<double> BarOf(FaultMatrix matrix, bool vision_healthy, const Fault
   return Times(kOverWheels, row.wheels_m ? row.wheels_m : row.dr_m);
 }
 
-// Of one seed. slip is told in DR messages, but HEALTH does not name it.
+// Of one seed.
 std::optional<double> NamedAfter(FaultMatrix matrix, const std::vector<Saying>& sayings) {
   for (const Saying& s : sayings) {
-    if (s.of_dr == (matrix == FaultMatrix::kDr) && s.name != "slip") return s.after_s;
+    if (s.in_health && s.of_dr == (matrix == FaultMatrix::kDr)) return s.after_s;
   }
   return std::nullopt;
 }
@@ -45,7 +45,7 @@ std::string SayingsText(const std::vector<Saying>& sayings) {
   std::string out;
   for (const Saying& s : sayings) {
     out += (out.empty() ? "" : ", ") + s.name + " (" + FormatFixed(s.after_s, 1) + " s; " +
-           std::to_string(s.count) + ")";
+           std::to_string(s.count) + (s.in_health ? "" : "; *") + ")";
   }
   return out.empty() ? "nothing" : out;
 }
@@ -170,7 +170,8 @@ StudyFiles RenderFaults(FaultMatrix matrix, bool vision_healthy, const std::stri
                                              : "# Faults of vision") +
       "\n\n" + origin + ". APE RMSE in m, live poses. " + BarText(matrix, vision_healthy) +
       " Said: what the run without fault does not say (s after the fault could be seen; how "
-      "often). Too sure: longest span of tracking with an error over 5 sigma, s; without a fault " +
+      "often; *: only in FRAME_POSE or DR, not in HEALTH). Too sure: longest span of tracking with "
+      "an error over 5 sigma, s; without a fault " +
       FormatFixed(sound_too_sure_s, 1) +
       ".\n\n| fault | `full` | `none` | DR alone | wheels alone | `full` without the fault | "
       "`full` "

@@ -16,8 +16,10 @@ namespace gw::study {
 struct Saying {
   std::string name;
   double after_s = 0;  // since the fault could be seen
-  int64_t count = 0;   // see Finding
+  // See Finding.
+  int64_t count = 0;
   bool of_dr = false;
+  bool in_health = false;
 };
 
 // One run of `full` with the fault, with its own seed.

@@ -81,7 +81,7 @@ FaultRow Row(double full_m) {
   row.name = "fault";
   FaultOutcome outcome;
   outcome.numbers.ape_m = full_m;
-  outcome.sayings = {{"slip", 0.5, 3, true}, {"dr_contradicts_vision", 3, 20, true}};
+  outcome.sayings = {{"slip", 0.5, 3, true, false}, {"dr_contradicts_vision", 3, 20, true, true}};
   row.full = {outcome};
   row.none_m = 0.1;
   row.dr_m = 0.2;
@@ -100,7 +100,7 @@ TEST(FaultTable, FaultsOfDrAreHeldAgainstVisionOrTheWheels) {
   EXPECT_THAT(Judge(FaultMatrix::kDr, false, without_wheels).misses, ElementsAre("error"));
 }
 
-TEST(FaultTable, SlipIsNoNameAndTheNameMustComeInTime) {
+TEST(FaultTable, OnlyHealthNamesAndTheNameMustComeInTime) {
   FaultRow row = Row(0.1);
   EXPECT_EQ(Judge(FaultMatrix::kDr, true, row).named_after_s, 3);
   row.full[0].sayings[1].after_s = 11;
@@ -111,7 +111,7 @@ TEST(FaultTable, SlipIsNoNameAndTheNameMustComeInTime) {
 
 TEST(FaultTable, FaultsOfVisionMayBeAsBadAsDrButNotSureOfIt) {
   FaultRow row = Row(0.24);
-  row.full[0].sayings.push_back({"too_few_matches", 30, 5, false});
+  row.full[0].sayings.push_back({"too_few_matches", 30, 5, false, true});
   EXPECT_THAT(Judge(FaultMatrix::kVision, true, row).misses, IsEmpty());
   row.full[0].numbers.too_sure_s = 2.5;
   EXPECT_THAT(Judge(FaultMatrix::kVision, true, row).misses, ElementsAre("too sure"));
@@ -135,10 +135,10 @@ TEST(FaultTable, TheWorstSeedCounts) {
 }
 
 TEST(FaultTable, OnlyWhatTheSoundRunDoesNotSayCounts) {
-  const Findings sound = {{"too_few_matches", {{1000000}, 3, false}}};
-  const Findings faulty = {{"too_few_matches", {{2000000}, 30, false}},
-                           {"slip", {{9000000}, 1, true}},
-                           {"accel_in_g", {{1500000}, 1, true}}};
+  const Findings sound = {{"too_few_matches", {{1000000}, 3, false, true}}};
+  const Findings faulty = {{"too_few_matches", {{2000000}, 30, false, true}},
+                           {"slip", {{9000000}, 1, true, false}},
+                           {"accel_in_g", {{1500000}, 1, true, true}}};
   const auto sayings = SayingsOf(faulty, sound, Utime{4000000});
   ASSERT_EQ(sayings.size(), 2u);
   EXPECT_EQ(sayings[0].name, "accel_in_g");
@@ -149,7 +149,7 @@ TEST(FaultTable, OnlyWhatTheSoundRunDoesNotSayCounts) {
 TEST(FaultTable, SaysWhatCameOut) {
   const StudyFiles files = RenderFaults(FaultMatrix::kDr, true, "log x", 0.4, {Row(0.1), Row(0.2)});
   EXPECT_THAT(files.markdown, HasSubstr("| fault | 0.1000 | 0.1000 | 0.200 | 1.000 | 0.0800 | "
-                                        "0.91 | slip (0.5 s; 3), dr_contradicts_vision (3.0 s; "
+                                        "0.91 | slip (0.5 s; 3; *), dr_contradicts_vision (3.0 s; "
                                         "20) | 0 | 0.0 | met |"));
   EXPECT_THAT(files.markdown, HasSubstr("**error**"));
   EXPECT_THAT(files.csv, HasSubstr("\nfault,0.1,0.1,0.2,1,0.08,"));

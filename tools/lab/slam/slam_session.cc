@@ -128,6 +128,7 @@ void SlamSession::Deliver(const std::vector<MapUpdate>& updates) {
 
 void SlamSession::Deliver(const dr_ekf::DrFilter::Output& output) {
   dr_counters_ = output.counters;
+  if (watch_dr_) watch_dr_(output);
   for (const DrState& state : output.states) ProcessDr(state);
 }
 

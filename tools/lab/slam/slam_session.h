@@ -56,6 +56,11 @@ class SlamSession {
     backend_.MeasureLocalBa(now_us);
   }
 
+  // From now on shows everything that the DR filter gives out; it has no influence.
+  void WatchDr(std::function<void(const dr_ekf::DrFilter::Output&)> watch) {
+    watch_dr_ = std::move(watch);
+  }
+
   // Every image's pose, as it was published.
   const std::vector<FramePose>& frames() const { return frames_; }
   // The same image's pose expressed by the final keyframes.
@@ -101,6 +106,7 @@ class SlamSession {
   uint32_t reset_base_ = 0;    // added to the reset counter: each lap is a new life of DR
   uint32_t newest_reset_ = 0;  // as given to the front-end
   std::function<int64_t()> now_us_;
+  std::function<void(const dr_ekf::DrFilter::Output&)> watch_dr_;
   std::vector<FramePose> frames_;
   std::vector<std::optional<SE3>> dr_poses_;
   std::vector<int64_t> tracking_us_;

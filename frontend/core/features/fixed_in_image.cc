@@ -20,12 +20,18 @@ constexpr double kWindow = 3.0;    // px at level 0, around where it may be
 const double kDecisive = std::log(1000.0);
 // A residual beyond five sigmas says that the hypothesis does not hold, and no more.
 constexpr double kMaxChi2 = 25.0;
-constexpr double kMemory = 200;  // votes
-constexpr int kWitnesses = 10;   // votes of features that are known to move, to outvote DR
+constexpr double kMovedWay = 0.03;   // m, and
+constexpr double kMovedTurn = 0.02;  // rad: more than vision that stands still makes of noise
+constexpr double kMemory = 200;      // votes
+constexpr int kWitnesses = 10;       // votes of features that are known to move, to outvote DR
 
 double LogLikelihood(const Eigen::Vector2d& residual, const Eigen::Matrix2d& cov) {
   const double chi2 = std::min(residual.dot(cov.inverse() * residual), kMaxChi2);
   return -0.5 * (chi2 + std::log(cov.determinant()));
+}
+
+bool Moves(const SE3& T) {
+  return T.translation().norm() > kMovedWay || LogSO3(T.rotation()).norm() > kMovedTurn;
 }
 
 // Most similar feature inside a square around (u, v), at most a level off; keeps the better of it
@@ -81,7 +87,10 @@ void FixedInImage::Move(Utime utime, const std::optional<CameraStep>& step) {
     a.common.head<3>().array() += way * a.common.tail<3>().maxCoeff();
     a.white += step->white;
     a.common += step->common;
-    if (utime - a.utime > kLateness) a.T_late = a.T * T_recent.inverse();
+    if (utime - a.utime > kLateness) {
+      a.T_late = a.T * T_recent.inverse();
+      if (!a.T_first) a.T_first = a.T;
+    }
     if (!step->T_ab_seen) a.T_seen.reset();
     if (a.T_seen) a.T_seen = *a.T_seen * *step->T_ab_seen;
   }
@@ -149,14 +158,18 @@ FixedInImage::Vote FixedInImage::Judge(const Track& t) const {
   const double s = pyramid_.Scale(t.level);
   const Eigen::Matrix2d still = 2 * s * s * Eigen::Matrix2d::Identity();
   const double fixed = LogLikelihood(t.uv - t.uv_0, still);
-  const double world = std::max(WorldLikelihood(t, anchor->T, anchor->Variance()),
-                                WorldLikelihood(t, *anchor->T_late, anchor->Variance()));
-  if (fixed - world > kDecisive) return Vote::kFixed;
+  const Vector6d variance = anchor->Variance();
+  const double world = std::max(
+      {WorldLikelihood(t, anchor->T, variance), WorldLikelihood(t, *anchor->T_late, variance),
+       WorldLikelihood(t, anchor->T_first->inverse() * anchor->T, variance)});
+  // As vision says, where it says that the camera moves: then it is not held by what stands still.
+  double seen = world;
+  if (anchor->T_seen && Moves(*anchor->T_seen)) {
+    seen = WorldLikelihood(t, *anchor->T_seen, Vector6d::Zero());
+  }
+  if (fixed - std::max(world, seen) > kDecisive) return Vote::kFixed;
   if (world - fixed > kDecisive) return Vote::kWorld;
-  // As vision says, with a noise of its own that is small over such a time.
-  const bool moves =
-      anchor->T_seen &&
-      WorldLikelihood(t, *anchor->T_seen, Vector6d::Zero()) - std::max(fixed, world) > kDecisive;
+  const bool moves = seen - std::max(fixed, world) > kDecisive;
   const double neither = LogLikelihood(Eigen::Vector2d(1e6, 1e6), still);
   return moves || (fixed <= neither && world <= neither) ? Vote::kNeither : Vote::kNone;
 }

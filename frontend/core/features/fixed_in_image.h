@@ -10,8 +10,8 @@
 //
 // T_0: the camera's motion since then, Sigma_T its covariance, d = d pi / d z, sigma_z: of the
 // depth, for a disparity that is off by a pixel, s: pixel sigma of the pyramid level. A ratio of
-// the likelihoods of 1000 decides. DR may also be late: the world has the better of the motion
-// until now and until 0.2 s ago.
+// the likelihoods of 1000 decides. DR may also be early or late: the world has the best of its
+// motion until now, until 0.2 s ago, and since 0.2 s after the anchor.
 //
 // DR is a witness here like any other: what has moved with the world before outvotes it. When such
 // features, too, stand still or move otherwise, the wheels slip or DR is wrong, and nothing is
@@ -80,6 +80,7 @@ class FixedInImage {
     Vector6d white = Vector6d::Zero();   // of T, as of a step
     Vector6d common = Vector6d::Zero();  // of T
     std::optional<SE3> T_late;           // until kLateness ago; empty: it is younger
+    std::optional<SE3> T_first;          // of its first kLateness; empty: it is younger
     std::optional<SE3> T_seen = SE3();   // as T, by vision; empty where it was broken since
 
     Vector6d Variance() const { return white + common.cwiseAbs2(); }

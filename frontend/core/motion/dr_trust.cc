@@ -37,6 +37,7 @@ void DrTrust::Judge(const DrEvidence& evidence) {
   contradicting_ = contradicts ? contradicting_ + 1 : 0;
   agreeing_ = contradicts ? 0 : agreeing_ + (moved ? 1 : 0);
   num_windows_ += moved ? 1 : 0;
+  if (contradicts) vision_moved_ = moved;
   proven_ = proven_ || agreeing_ >= kAgreeing;
   if (trusted_ && contradicting_ >= (proven_ ? kContradicting : 1)) {
     trusted_ = false;

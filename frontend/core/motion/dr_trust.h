@@ -36,6 +36,9 @@ class DrTrust {
   void Judge(const DrEvidence& evidence);
 
   bool trusted() const { return trusted_; }
+  // Distrusted, and vision did not just stand still when DR was last seen to contradict it: vision
+  // is not held by something that moves along.
+  bool refuted() const { return !trusted_ && vision_moved_; }
 
   // The noise that DR has shown, given what it claims. Body axes.
   DrNoise Shown(const DrNoise& claimed) const;
@@ -47,6 +50,7 @@ class DrTrust {
 
  private:
   bool trusted_ = true;
+  bool vision_moved_ = false;          // in the newest window that contradicts
   bool proven_ = false;                // it has agreed for so long as ends distrust
   int contradicting_ = 0;              // windows in a row
   int agreeing_ = 0;                   // windows in a row, of those in which the robot moved

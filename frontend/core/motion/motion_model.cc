@@ -73,7 +73,7 @@ Motion MotionModel::Coast(Utime a, Utime b) const {
 
 std::optional<CameraStep> MotionModel::Step(Utime a, Utime b) const {
   const auto dr = DrPredicts(variant_) ? DrBetween(a, b) : std::nullopt;
-  if (!dr || dr->told.slip) return std::nullopt;
+  if (!dr || dr->told.slip || trust_.refuted()) return std::nullopt;
   const DrNoise noise = InCamera(dr->noise, T_BC_);
   CameraStep out;
   out.T_ab = InCamera(dr->T_BaBb, T_BC_);

@@ -139,10 +139,14 @@ void FrontendNode::ReportHealth(process::Shell& shell) const {
     shell.health().SetState(
         kDegraded, "vision sees nothing, dead reckoning carries the pose: check lens and light");
   } else if (reason_ == TrackingReason::kDrContradictsVision) {
+    const std::string fault = Describe(tracker_.dr_fault());
     shell.health().SetState(
         kDegraded,
-        "dead reckoning contradicts healthy vision and is not used: check wheel "
-        "calibration, axes, signs and units (gw-slam LOG --dr-only names more)");
+        "dead reckoning contradicts healthy vision and is not used: " +
+            (fault.empty()
+                 ? "check wheel calibration, axes, signs and units (gw-slam LOG --dr-only "
+                   "names more)"
+                 : fault));
   } else {
     shell.health().SetState(kOk);
   }

@@ -151,6 +151,7 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   const Matrix6d cov = from_begin * window->cov * from_begin.transpose() + seen.cov_vision;
   evidence.cov_vision = T_BC_.Adjoint() * cov * T_BC_.Adjoint().transpose();
   trust_.Judge(evidence);
+  disagreement_.Add(evidence.T_dr, evidence.T_vision);
 }
 
 }  // namespace gw::frontend

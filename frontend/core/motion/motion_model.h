@@ -11,6 +11,7 @@
 #include "common/good_weights/dr_history.h"
 #include "frontend/core/features/fixed_in_image.h"
 #include "frontend/core/motion/dr_calibration.h"
+#include "frontend/core/motion/dr_disagreement.h"
 #include "frontend/core/motion/dr_trust.h"
 
 namespace gw::frontend {
@@ -83,6 +84,10 @@ class MotionModel {
 
   // False while healthy vision contradicts DR.
   bool dr_trusted() const { return trust_.trusted(); }
+  // While it does: the constant that explains it, if one does.
+  DrConstantFault dr_fault() const {
+    return trust_.trusted() ? DrConstantFault{} : disagreement_.Explain();
+  }
 
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
 
@@ -115,6 +120,7 @@ class MotionModel {
   };
   std::optional<Window> window_;
   DrTrust trust_;
+  DrDisagreement disagreement_;
 };
 
 }  // namespace gw::frontend

@@ -68,6 +68,7 @@ class Tracker::Impl {
   void Push(const PlaceMatch& match);
   MapRequest Request() const;
   bool has_map() const { return map_known_; }
+  DrConstantFault dr_fault() const { return motion_.dr_fault(); }
 
  private:
   // One image on its way to a pose.
@@ -745,6 +746,9 @@ void Tracker::Push(const PlaceMatch& match) {
 }
 MapRequest Tracker::Request() const {
   return impl_->Request();
+}
+DrConstantFault Tracker::dr_fault() const {
+  return impl_->dr_fault();
 }
 bool Tracker::has_map() const {
   return impl_->has_map();

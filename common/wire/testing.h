@@ -94,6 +94,16 @@ class RandomMessages {
     m.dr_reset_counter = Word();
     m.latency_us = Count();
   }
+  void Fill(DrPrior& m) {
+    m.utime = Time();
+    m.seq = Big();
+    m.q = rng_.Uniform();
+    m.q_close = rng_.Uniform();
+    m.alpha_translation = std::abs(Real());
+    m.alpha_rotation = std::abs(Real());
+    m.bounded_translation = std::abs(Real());
+    m.bounded_rotation = std::abs(Real());
+  }
   void Fill(gw::Pose& m) {
     m.utime = Time();
     m.seq = Big();

@@ -6,6 +6,7 @@
 
 #include <gw_lcm/ack_t.hpp>
 #include <gw_lcm/base_command_t.hpp>
+#include <gw_lcm/dr_prior_t.hpp>
 #include <gw_lcm/dr_t.hpp>
 #include <gw_lcm/frame_pose_t.hpp>
 #include <gw_lcm/ground_truth_t.hpp>
@@ -137,6 +138,16 @@ void ExpectSame(const gw_lcm::frame_pose_t& g, const FramePose& m) {
   EXPECT_EQ(g.dr_seq, m.dr_seq);
   EXPECT_EQ(g.dr_reset_counter, m.dr_reset_counter);
   EXPECT_EQ(g.latency_us, m.latency_us);
+}
+void ExpectSame(const gw_lcm::dr_prior_t& g, const DrPrior& m) {
+  EXPECT_EQ(g.utime, m.utime.us);
+  EXPECT_EQ(g.seq, m.seq);
+  EXPECT_EQ(g.quality, m.q);
+  EXPECT_EQ(g.quality_close, m.q_close);
+  EXPECT_EQ(g.alpha_translation, m.alpha_translation);
+  EXPECT_EQ(g.alpha_rotation, m.alpha_rotation);
+  EXPECT_EQ(g.bounded_translation, m.bounded_translation);
+  EXPECT_EQ(g.bounded_rotation, m.bounded_rotation);
 }
 void ExpectSame(const gw_lcm::pose_t& g, const Pose& m) {
   EXPECT_EQ(g.utime, m.utime.us);
@@ -302,8 +313,8 @@ using AllTypes = ::testing::Types<
     Pair<ImuSample, gw_lcm::imu_t>, Pair<WheelSample, gw_lcm::wheel_t>,
     Pair<GroundTruth, gw_lcm::ground_truth_t>, Pair<BaseCommand, gw_lcm::base_command_t>,
     Pair<Note, gw_lcm::note_t>, Pair<Ack, gw_lcm::ack_t>, Pair<DrState, gw_lcm::dr_t>,
-    Pair<FramePose, gw_lcm::frame_pose_t>, Pair<Pose, gw_lcm::pose_t>,
-    Pair<Health, gw_lcm::health_t>, Pair<Keyframe, gw_lcm::keyframe_t>,
+    Pair<FramePose, gw_lcm::frame_pose_t>, Pair<DrPrior, gw_lcm::dr_prior_t>,
+    Pair<Pose, gw_lcm::pose_t>, Pair<Health, gw_lcm::health_t>, Pair<Keyframe, gw_lcm::keyframe_t>,
     Pair<MapUpdate, gw_lcm::map_update_t>, Pair<MapRequest, gw_lcm::map_request_t>,
     Pair<PlaceQuery, gw_lcm::place_query_t>, Pair<PlaceMatch, gw_lcm::place_match_t>>;
 TYPED_TEST_SUITE(Wire, AllTypes);

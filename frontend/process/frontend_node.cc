@@ -97,6 +97,7 @@ void FrontendNode::ProcessImage(const WaitingImage& image, process::Shell& shell
   const DurationUs latency = shell.Now() - image.received;
   out.pose.latency_us = latency.us;
   shell.Publish(wire::kFramePose, wire::Encode(out.pose));
+  shell.Publish(wire::kDrPrior, wire::Encode(out.dr_prior));
   shell.health().AddLatency(latency);
   status_ = out.pose.status;
   reason_ = out.pose.reason;

@@ -91,19 +91,19 @@ void SettleLandmarks(const LocalBaJob& job, bool leave_out, State& state) {
 
 class StopWhenAsked final : public ceres::IterationCallback {
  public:
-  explicit StopWhenAsked(const std::atomic<bool>* stop) : stop_(stop) {}
+  explicit StopWhenAsked(const StopCondition& stop) : stop_(stop) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
-    return stop_->load() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+    return stop_() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
   }
 
  private:
-  const std::atomic<bool>* stop_;
+  const StopCondition& stop_;
 };
 
 // One pass over the used observations. False when the solver failed or was stopped; the state is
 // then unspecified.
-bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
-               const std::atomic<bool>* stop, State& state, LocalBaResult& result) {
+bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold, const StopCondition& stop,
+               State& state, LocalBaResult& result) {
   std::deque<ReprojectionCost<2>> mono;  // deques: the costs cannot be moved
   std::deque<ReprojectionCost<3>> stereo;
   std::deque<RelativePoseCost> relative;
@@ -173,7 +173,7 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   if (job.settle_landmarks) options.initial_trust_region_radius = kWholeSteps;
   options.logging_type = ceres::SILENT;
   StopWhenAsked stop_when_asked(stop);
-  if (stop != nullptr) options.callbacks.push_back(&stop_when_asked);
+  if (stop) options.callbacks.push_back(&stop_when_asked);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   result.iterations += static_cast<int>(summary.iterations.size());
@@ -181,7 +181,7 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
 }
 
 // The same with all that belongs to a pass; `gate` as in Classify.
-bool Adjust(const LocalBaJob& job, const ceres::Manifold& manifold, const std::atomic<bool>* stop,
+bool Adjust(const LocalBaJob& job, const ceres::Manifold& manifold, const StopCondition& stop,
             bool gate, State& state, LocalBaResult& result) {
   Classify(job, gate, state);
   if (!job.settle_landmarks) return SolvePass(job, manifold, stop, state, result);
@@ -219,7 +219,7 @@ double Cost(const LocalBaJob& job, const State& state) {
 
 }  // namespace
 
-LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop) {
+LocalBaResult SolveLocalBa(const LocalBaJob& job, const StopCondition& stop) {
   LocalBaResult result;
   result.revision = job.revision;
   result.newest = job.newest;

@@ -8,8 +8,8 @@
 // same bytes.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "common/camera/camera_model.h"
@@ -85,8 +85,10 @@ struct LocalBaResult {
          cost_after = 0;  // robust cost of the observations kept to the end, and DR
 };
 
-// Global BA is the same over the whole map. It takes seconds: when `stop` (may be null) turns true,
-// the solve ends at its next iteration, and the result is not usable.
-LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop = nullptr);
+// Global BA is the same over the whole map. It takes seconds: when `stop` (may be empty) answers
+// true, the solve ends at its next iteration, and the result is not usable. It is asked on the
+// thread that solves.
+using StopCondition = std::function<bool()>;
+LocalBaResult SolveLocalBa(const LocalBaJob& job, const StopCondition& stop = {});
 
 }  // namespace gw::backend

@@ -80,8 +80,8 @@ void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) co
     num_close += a->match[i] >= 0 && frame_->features[i].has_depth();
   }
   a->quality = ImageQuality({frame_->num_detected, a->num_first_stage}, config_.dr_weight);
-  const double q_close = ImageQuality({num_close_, num_close}, config_.dr_weight);
-  a->scale = PriorScale(config_.variant, a->quality, q_close, config_.dr_weight);
+  a->quality_close = ImageQuality({num_close_, num_close}, config_.dr_weight);
+  a->scale = PriorScale(config_.variant, a->quality, a->quality_close, config_.dr_weight);
   if (a->num_first_stage >= config_.min_inliers) {
     Estimate(prediction.T_WC, PriorFor(prediction, a->scale), a);
   }
@@ -114,6 +114,7 @@ FoundPose PoseFinder::Result(const Association& a, KeyframeId reference) const {
   out.estimate = a.estimate;
   out.num_tracked = a.num_first_stage;
   out.q = a.quality;
+  out.q_close = a.quality_close;
   out.scale = a.scale;
   out.reference = reference;
   out.landmarks.resize(frame_->features.size());
@@ -165,6 +166,11 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
     SearchLocalMap(PriorFor(prediction, best.scale), &reference, map, &best);
   }
   FoundPose out = Result(best, reference);
+  if (prediction.has_prior && best.scale.rotation > 0) {
+    out.bounded =
+        EffectiveScale(prediction.weight_cov,
+                       ScaledCovariance(prediction.weight_cov, best.scale, prediction.honest_cov));
+  }
   const int needed = search_near ? kRelocalizedInliers : config_.min_inliers;
   if (best.num_first_stage < config_.min_inliers) {
     out.reason = frame_->num_detected < config_.min_inliers ? TrackingReason::kTooFewFeatures

@@ -51,7 +51,9 @@ struct FoundPose {
   std::vector<LandmarkId> landmarks;  // per feature; invalid: none, or an outlier
   int num_tracked = 0;                // N_trk: matches of the first stage
   double q = 0;
+  double q_close = 0;    // quality of the features with depth
   DrScale scale;         // what the variant makes of the quality
+  DrScale bounded;       // and what is left of it after the bound
   KeyframeId reference;  // the keyframe that shares most with the image
 };
 
@@ -73,6 +75,7 @@ class PoseFinder {
     PoseEstimate estimate;
     int num_first_stage = 0;
     double quality = 0;
+    double quality_close = 0;
     DrScale scale;
   };
 

@@ -43,6 +43,17 @@ constexpr DurationUs kRewindable = Milliseconds(5000);
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
 
+// What dead reckoning counted for when this pose was looked for.
+void FillPrior(const FoundPose& found, bool from_dr, DrPrior* prior) {
+  prior->q = found.q;
+  prior->q_close = found.q_close;
+  if (!from_dr) return;
+  prior->alpha_translation = found.scale.translation;
+  prior->alpha_rotation = found.scale.rotation;
+  prior->bounded_translation = found.bounded.translation;
+  prior->bounded_rotation = found.bounded.rotation;
+}
+
 }  // namespace
 
 class Tracker::Impl {
@@ -527,6 +538,8 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   FramePose& report = out.pose;
   report.utime = utime;
   report.seq = seq;
+  out.dr_prior.utime = utime;
+  out.dr_prior.seq = seq;
   const ClockWatch::Verdict order = clock_.Judge(utime);
   report.num_detected = seen.num_detected;
   if (order == ClockWatch::Verdict::kLate) return Refuse(std::move(out));
@@ -543,7 +556,8 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
       Locate(&image);
       report.num_tracked = image.found.num_tracked;
       report.q = image.found.q;
-      report.alpha = image.motion.from_dr ? image.found.scale.rotation : 0;
+      FillPrior(image.found, image.motion.from_dr, &out.dr_prior);
+      report.alpha = out.dr_prior.alpha_rotation;
       report.reason = image.found.reason;
     }
   }

@@ -25,6 +25,7 @@ namespace gw::frontend {
 
 struct TrackerOutput {
   FramePose pose;
+  DrPrior dr_prior;
   std::optional<Keyframe> keyframe;  // to be delivered to the back-end, in order
   std::optional<PlaceQuery> query;   // to be asked there; its answer to Push(PlaceMatch)
 };

@@ -96,6 +96,7 @@ void FrontendNode::ProcessImage(const WaitingImage& image, process::Shell& shell
   TrackerOutput out = tracker_.Push(image.camera.frame);
   const DurationUs latency = shell.Now() - image.received;
   out.pose.latency_us = latency.us;
+  shell.Publish(wire::kFrameDetail, wire::Encode(out.detail));
   shell.Publish(wire::kFramePose, wire::Encode(out.pose));
   shell.health().AddLatency(latency);
   status_ = out.pose.status;

@@ -49,10 +49,12 @@ struct FoundPose {
   TrackingReason reason = TrackingReason::kNone;  // why not
   PoseEstimate estimate;
   std::vector<LandmarkId> landmarks;  // per feature; invalid: none, or an outlier
+  std::vector<uint8_t> outlier;       // per feature: 1 when it was matched and set aside
   int num_tracked = 0;                // N_trk: matches of the first stage
   double q = 0;
-  DrScale scale;         // what the variant makes of the quality
-  KeyframeId reference;  // the keyframe that shares most with the image
+  DrScale scale;                     // what the variant makes of the quality
+  bool dr_covariance_bound = false;  // the prior is bounded by what dead reckoning claims of itself
+  KeyframeId reference;              // the keyframe that shares most with the image
 };
 
 class PoseFinder {
@@ -69,7 +71,8 @@ class PoseFinder {
  private:
   struct Association {
     std::vector<Candidate> candidates;
-    std::vector<int> match;  // per feature: index into candidates, or -1
+    std::vector<int> match;        // per feature: index into candidates, or -1
+    std::vector<uint8_t> outlier;  // per feature
     PoseEstimate estimate;
     int num_first_stage = 0;
     double quality = 0;

@@ -16,6 +16,7 @@
 #include "frontend/core/place/place_confirmation.h"
 #include "frontend/core/place/recovery.h"
 #include "frontend/core/place/view_change.h"
+#include "frontend/core/tracking/frame_detail.h"
 #include "frontend/core/tracking/keyframe_chain.h"
 #include "frontend/core/tracking/pose_finder.h"
 #include "frontend/core/tracking/tracking_state.h"
@@ -403,6 +404,8 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   report.utime = utime;
   report.seq = seq;
   report.num_detected = seen.num_detected;
+  out.detail.utime = utime;
+  out.detail.seq = seq;
   const ClockWatch::Verdict order = clock_.Judge(utime);
   if (order == ClockWatch::Verdict::kLate) return Refuse(std::move(out));
   if (order == ClockWatch::Verdict::kSetBack) Restart(utime);
@@ -443,6 +446,15 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   outcome.vision = image->found.found && IsBelieved(*image, report);
   outcome.unconfirmed = image->found.found && !outcome.vision;
   outcome.begins_map = BeginsMap(*image->frame);
+  out->detail = ExplainFrame({.utime = report.utime,
+                              .seq = report.seq,
+                              .frame = image->frame,
+                              .found = &image->found,
+                              .vision = outcome.vision,
+                              .from_dr = image->motion.from_dr,
+                              .dr_trusted = motion_.dr_trusted(),
+                              .T_BC = camera_.T_BC},
+                             config_.dr_weight);
   if (outcome.vision) {
     Accept(*image, &report, &outcome);
   } else {
@@ -475,6 +487,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
       chain_.WantsNext(image->utime, *image->frame, image->found, map_.NumLandmarks(reference_));
   if (outcome.begins_map || due) {
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
+    MarkNewLandmarks(*out->keyframe, &out->detail);
   }
 }
 

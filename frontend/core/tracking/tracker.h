@@ -24,6 +24,7 @@ namespace gw::frontend {
 
 struct TrackerOutput {
   FramePose pose;
+  FrameDetail detail;                // of the same image, for people
   std::optional<Keyframe> keyframe;  // to be delivered to the back-end, in order
   std::optional<PlaceQuery> query;   // to be asked there; its answer to Push(PlaceMatch)
 };

@@ -31,7 +31,8 @@ void ClientQueue::Unsubscribe(uint32_t subscription) {
 }
 
 void ClientQueue::Append(const foxglove::Message& message) {
-  data_.push_back({message.topic, static_cast<uint64_t>(std::max<int64_t>(message.received.us, 0)) * 1000,
+  data_.push_back({message.topic,
+                   static_cast<uint64_t>(std::max<int64_t>(message.received.us, 0)) * 1000,
                    message.json});
   ++counts_[static_cast<size_t>(message.topic)];
   bytes_ += message.json->size();
@@ -90,6 +91,13 @@ void ClientQueue::PushState(const foxglove::Message& message) {
   Append(message);
 }
 
+void ClientQueue::ForgetData() {
+  data_.clear();
+  counts_.fill(0);
+  bytes_ = 0;
+  stale_ = topics_;
+}
+
 void ClientQueue::PushText(std::string text) {
   if (texts_.size() >= kMaxTexts) {
     ++dropped_;
@@ -111,8 +119,8 @@ std::optional<ClientQueue::Item> ClientQueue::Pop() {
     bytes_ -= waiting.json->size();
     for (const auto& [subscription, topic] : subscriptions_) {
       if (topic != waiting.topic) continue;
-      ready_.push_back({true, std::make_shared<const std::string>(MessageData(
-                                  subscription, waiting.time_ns, *waiting.json))});
+      ready_.push_back({true, std::make_shared<const std::string>(
+                                  MessageData(subscription, waiting.time_ns, *waiting.json))});
     }
   }
   if (ready_.empty()) return std::nullopt;

@@ -31,6 +31,9 @@ class ClientQueue {
   // Control messages of the protocol, text; always sent, in order, before data.
   void PushText(std::string text);
 
+  // Nothing of what waits is true any more; the state of every topic is due.
+  void ForgetData();
+
   struct Item {
     bool binary = false;
     std::shared_ptr<const std::string> bytes;

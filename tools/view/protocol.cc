@@ -99,15 +99,15 @@ std::string Advertise() {
 }
 
 std::string Status(StatusLevel level, const std::string& text) {
-  return tools::JsonLine(
-      {{"op", "status"}, {"level", static_cast<int>(level)}, {"message", text}});
+  return tools::JsonLine({{"op", "status"}, {"level", static_cast<int>(level)}, {"message", text}});
 }
 
 std::string MessageData(uint32_t subscription, uint64_t time_ns, std::string_view payload) {
   std::string bytes;
   bytes.reserve(13 + payload.size());
   bytes.push_back(1);
-  for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(subscription >> shift));
+  for (int shift = 0; shift < 32; shift += 8)
+    bytes.push_back(static_cast<char>(subscription >> shift));
   for (int shift = 0; shift < 64; shift += 8) bytes.push_back(static_cast<char>(time_ns >> shift));
   bytes.append(payload);
   return bytes;
@@ -117,12 +117,12 @@ std::string ParameterValues(const Playback& playback, const std::optional<std::s
   const auto number = [](std::string_view name, double value) {
     return Json{{"name", name}, {"value", value}, {"type", "float64"}};
   };
-  Json message = {{"op", "parameterValues"},
-                  {"parameters",
-                   {number(kPositionParameter, playback.position_s),
-                    number(kDurationParameter, playback.duration_s),
-                    number(kSpeedParameter, playback.speed),
-                    Json{{"name", kPausedParameter}, {"value", playback.paused}}}}};
+  Json message = {
+      {"op", "parameterValues"},
+      {"parameters",
+       {number(kPositionParameter, playback.position_s),
+        number(kDurationParameter, playback.duration_s), number(kSpeedParameter, playback.speed),
+        Json{{"name", kPausedParameter}, {"value", playback.paused}}}}};
   if (id) message["id"] = *id;
   return tools::JsonLine(message);
 }

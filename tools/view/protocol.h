@@ -1,6 +1,6 @@
 // The Foxglove WebSocket protocol, version 1: what the two sides say to each other, as text.
-// https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. Server to client only; what clients
-// would publish, call or fetch is refused, so that nothing reaches the robot through it.
+// https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. Server to client only; what
+// clients would publish, call or fetch is refused, so that nothing reaches the robot through it.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,9 @@ inline constexpr std::string_view kSubprotocol = "foxglove.websocket.v1";
 enum class StatusLevel { kInfo = 0, kWarning = 1, kError = 2 };
 
 // Channel ids are those of the topics, plus one.
-inline uint32_t ChannelId(foxglove::Topic topic) { return static_cast<uint32_t>(topic) + 1; }
+inline uint32_t ChannelId(foxglove::Topic topic) {
+  return static_cast<uint32_t>(topic) + 1;
+}
 std::optional<foxglove::Topic> TopicOfChannel(uint64_t channel_id);
 
 // seekable: a log is played, whose place and speed are parameters.

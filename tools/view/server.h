@@ -1,8 +1,9 @@
 // HTTP and WebSocket on one port: the page, and Foxglove's protocol for it and for other viewers.
 //
 // One thread, one loop, in which its user's sources run too (Watch, Every): nothing is shared, and
-// nothing waits for a client. Everything a client can do is bounded: time to send a request, size of
-// requests and messages, number of connections, what waits to be sent. See docs/adr/0030-viewer.md.
+// nothing waits for a client. Everything a client can do is bounded: time to send a request, size
+// of requests and messages, number of connections, what waits to be sent. See
+// docs/adr/0030-viewer.md.
 #pragma once
 
 #include <bitset>

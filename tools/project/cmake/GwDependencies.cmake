@@ -31,3 +31,9 @@ find_library(GW_LIBUSB_LIBRARY usb-1.0 REQUIRED)
 add_library(gw_libusb INTERFACE)
 target_include_directories(gw_libusb SYSTEM INTERFACE ${GW_LIBUSB_INCLUDE})
 target_link_libraries(gw_libusb INTERFACE ${GW_LIBUSB_LIBRARY})
+
+# Boost's Beast and Asio, headers only.
+find_path(GW_BEAST_INCLUDE boost/beast/websocket.hpp REQUIRED)
+add_library(gw_beast INTERFACE)
+target_include_directories(gw_beast SYSTEM INTERFACE ${GW_BEAST_INCLUDE})
+target_link_libraries(gw_beast INTERFACE Threads::Threads)

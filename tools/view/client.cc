@@ -31,6 +31,7 @@ void Client::Start(beast::http::request<beast::http::string_body> request) {
                  beast::string_view(kSubprotocol.data(), kSubprotocol.size()));
   }));
   stream_.read_message_max(kMaxMessageBytes);
+  stream_.auto_fragment(false);
   auto kept = std::make_shared<decltype(request)>(std::move(request));
   stream_.async_accept(
       *kept, [self = shared_from_this(), kept](beast::error_code error) { self->OnAccept(error); });

@@ -50,7 +50,7 @@ class ClientQueue {
   size_t waiting() const { return data_.size() + texts_.size(); }
 
   static constexpr size_t kMaxBytes = 16u << 20;  // a map of 500,000 landmarks
-  static constexpr size_t kMaxEvery = 300;        // ten seconds of images
+  static constexpr size_t kMaxEvery = 2400;       // images of a minute, when a log jumps
   static constexpr size_t kMaxState = 200;        // a way of 6 km
   static constexpr size_t kMaxTexts = 100;
   static constexpr size_t kMaxSubscriptions = 200;

@@ -45,6 +45,7 @@ http::response<http::string_body> Reply(http::status status, std::string body,
   response.set("X-Content-Type-Options", "nosniff");
   response.set("Content-Security-Policy", kContentPolicy);
   response.set("Referrer-Policy", "no-referrer");
+  response.keep_alive(false);
   response.body() = std::move(body);
   response.prepare_payload();
   return response;

@@ -9,10 +9,19 @@ namespace {
 
 // On the way to a place, what is older than this before it is only of the moment.
 constexpr double kMoment = 0.5;  // s
+// So much of the time before the place is told for charts.
+constexpr double kHistory = 60;  // s
 
 bool IsOfTheMoment(std::string_view channel) {
   return channel == wire::kCamera || channel == wire::kFrameDetail || channel == wire::kImu ||
          channel == wire::kWheel;
+}
+
+foxglove::Translator::Topics Charted() {
+  foxglove::Translator::Topics topics;
+  topics.set(static_cast<size_t>(foxglove::Topic::kWeights));
+  topics.set(static_cast<size_t>(foxglove::Topic::kError));
+  return topics;
 }
 
 }  // namespace
@@ -49,8 +58,16 @@ void LogPlayer::Restart() {
 }
 
 void LogPlayer::SetWanted(const foxglove::Translator::Topics& wanted) {
+  const bool more = (wanted & ~wanted_).any();
   wanted_ = wanted;
-  if (!catching_up_) translator_->SetWanted(wanted_);
+  if (catching_up_) return;
+  translator_->SetWanted(wanted_);
+  // Who comes while it stands sees where it stands.
+  if (more && paused_) {
+    const double place = position_s_;
+    Restart();
+    Seek(place);
+  }
 }
 
 void LogPlayer::Seek(double position_s) {
@@ -86,9 +103,13 @@ void LogPlayer::Advance(DurationUs elapsed, int most_events) {
 
 void LogPlayer::TakeIn(int most_events) {
   for (int i = 0; i < most_events && next_ && next_s_ <= position_s_; ++i) {
-    const bool now = next_s_ >= position_s_ - kMoment;
-    if (!catching_up_ || now || !IsOfTheMoment(next_->channel)) {
-      if (catching_up_ && now) translator_->SetWanted(wanted_);
+    const double before = position_s_ - next_s_;
+    if (!catching_up_ || before <= kMoment || !IsOfTheMoment(next_->channel)) {
+      if (catching_up_) {
+        translator_->SetWanted(before <= kMoment    ? wanted_
+                               : before <= kHistory ? wanted_ & Charted()
+                                                    : foxglove::Translator::Topics());
+      }
       translator_->Take(next_->channel, next_->data, next_->received);
       translator_->Tick(next_->received);
     }

@@ -31,7 +31,8 @@ std::string WriteLog() {
 size_t WayPoints(LogPlayer& player) {
   size_t points = 0;
   for (const auto& message : player.translator().State(foxglove::Topic::kTrajectory)) {
-    for (const Json& entity : Json::parse(*message.json)["entities"]) {
+    const Json update = Json::parse(*message.json);
+    for (const Json& entity : update["entities"]) {
       points += entity["lines"][0]["points"].size();
     }
   }

@@ -58,9 +58,9 @@ struct GetParameters {
   std::optional<std::string> id;
 };
 struct SetParameters {
-  std::optional<std::string> id;
-  std::optional<double> position_s, speed;
-  std::optional<bool> paused;
+  std::optional<std::string> id = {};
+  std::optional<double> position_s = {}, speed = {};
+  std::optional<bool> paused = {};
 };
 struct SubscribeParameters {
   bool on = true;

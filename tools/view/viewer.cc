@@ -97,6 +97,7 @@ void Viewer::Round() {
 }
 
 void Viewer::Pass() {
+  if (player_ && player_->catching_up()) return;  // until clients have forgotten what they had
   const auto messages = translator().Drain();
   if (!messages.empty()) server_->Publish(messages);
 }

@@ -13,14 +13,14 @@
 namespace gw::frontend {
 
 struct DetailInput {
-  Utime utime;
+  Utime utime = {};
   int64_t seq = 0;
   const FeatureFrame* frame = nullptr;
   const FoundPose* found = nullptr;
   bool vision = false;     // the pose that was found is believed
   bool from_dr = false;    // there is a prior from dead reckoning
   bool dr_trusted = true;  // it does not contradict healthy vision
-  SE3 T_BC;
+  SE3 T_BC = {};
 };
 
 FrameDetail ExplainFrame(const DetailInput& input, const DrWeightConfig& config);

@@ -19,7 +19,7 @@ const health = new Health($('processes'), $('log'));
 function setTheme(name) {
   document.documentElement.dataset.theme = name;
   const css = getComputedStyle(document.documentElement);
-  scene.setTheme({background: css.getPropertyValue('--ground').trim(), line: css.getPropertyValue('--grid').trim()});
+  scene.setTheme({background: css.getPropertyValue('--ground').trim(), line: css.getPropertyValue('--quiet').trim()});
   charts.build();
   charts.changed = true;
 }
@@ -79,7 +79,10 @@ const connection = new Connection(address, {
   },
   parameters: (list) => playback.take(list),
 });
-const playback = new PlaybackBar($('playback'), (values) => connection.setParameters(values));
+const playback = new PlaybackBar($('playback'), (values) => connection.setParameters(values), () => {
+  charts.clear();
+  image.clear();
+});
 
 function toggle(button, action) {
   button.addEventListener('click', () => {

@@ -2,7 +2,8 @@
 const NAMES = {position: '/playback/position_s', duration: '/playback/duration_s', speed: '/playback/speed', paused: '/playback/paused'};
 
 export class PlaybackBar {
-  constructor(bar, set) {
+  // jumped: what was shown is of another time.
+  constructor(bar, set, jumped) {
     this.bar = bar;
     this.seek = bar.querySelector('#seek');
     this.time = bar.querySelector('#time');
@@ -10,6 +11,7 @@ export class PlaybackBar {
     this.speed = bar.querySelector('#speed');
     this.seek.addEventListener('input', () => { this.dragging = true; this.label(Number(this.seek.value)); });
     this.seek.addEventListener('change', () => {
+      jumped();
       set({[NAMES.position]: Number(this.seek.value)});
       this.dragging = false;
     });
@@ -30,6 +32,9 @@ export class PlaybackBar {
     this.seek.max = this.duration;
     this.button.textContent = this.paused ? 'play' : 'pause';
     this.bar.dataset.position = values[NAMES.position];
+    const speed = String(values[NAMES.speed]);
+    if (![...this.speed.options].some((option) => option.value === speed)) this.speed.add(new Option(speed));
+    if (document.activeElement !== this.speed) this.speed.value = speed;
     if (!this.dragging) {
       this.seek.value = values[NAMES.position];
       this.label(values[NAMES.position]);

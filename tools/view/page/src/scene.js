@@ -1,13 +1,16 @@
 // The 3-D view: floor map, landmarks, keyframes, ways, robot. z is up, as in the world of the map.
 import {
-  BoxGeometry, BufferAttribute, BufferGeometry, CanvasTexture, Color, ConeGeometry, CylinderGeometry, DoubleSide,
-  GridHelper, Group, Mesh, MeshBasicMaterial, NearestFilter, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial,
+  BoxGeometry, BufferAttribute, BufferGeometry, CanvasTexture, Color, ColorManagement, ConeGeometry, CylinderGeometry, DoubleSide,
+  GridHelper, Group, LinearSRGBColorSpace, Mesh, MeshBasicMaterial, NearestFilter, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial,
   Scene, Vector3, WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {fromBase64} from './bytes.js';
 import {Entities} from './entities.js';
 import {Frames, matrixOf} from './frames.js';
+
+// Colours are shown as they are sent.
+ColorManagement.enabled = false;
 
 function makeRobot() {
   const robot = new Group();
@@ -36,6 +39,7 @@ export class SceneView {
   constructor(element) {
     this.element = element;
     this.renderer = new WebGLRenderer({antialias: true});
+    this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     element.prepend(this.renderer.domElement);
     this.scene = new Scene();
@@ -71,9 +75,8 @@ export class SceneView {
 
   setTheme({background, line}) {
     this.scene.background = new Color(background);
+    Object.assign(this.grid.material, {vertexColors: false, transparent: true, opacity: 0.25, needsUpdate: true});
     this.grid.material.color.set(line);
-    this.grid.material.vertexColors = false;
-    this.grid.material.needsUpdate = true;
   }
 
   takeTransforms(message) {

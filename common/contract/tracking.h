@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "common/core/ids.h"
 #include "common/core/se3.h"
@@ -14,7 +13,7 @@ enum class TrackingStatus : int32_t {
   kInvalid = 0,
   kInitializing = 1,  // no map yet: waiting for an image with enough depth
   kTracking = 2,      // vision carries the pose
-  kDegraded = 3,      // vision is weak; DR carries noticeable weight
+  kDegraded = 3,      // vision is weak and DR carries noticeable weight, or the two contradict
   kDrOnly = 4,        // no usable vision; the pose is the DR prediction
   kRecovering = 5,    // where in the map is not known, in doubt, not yet confirmed, or only now
   kLost = 6,          // neither vision nor DR; the pose is extrapolated and its covariance says so
@@ -32,6 +31,8 @@ enum class TrackingReason : int32_t {
   kTimeReversed = 7,         // the image is not newer than the one before; not used
   kPlaceUnknown = 8,         // not found yet in the map that is there
   kDrContradictsVision = 9,  // healthy vision goes on without dead reckoning, which is wrong
+  kFixedInImage = 10,        // most of what is seen is fixed to the camera, and left out
+  kEyesApart = 11,           // the two images of a pair are not of one instant: no depth
 };
 
 struct FramePose {
@@ -59,41 +60,6 @@ struct FramePose {
   int64_t dr_seq = 0;  // newest DR state used; 0 = none
   uint32_t dr_reset_counter = 0;
   int64_t latency_us = 0;  // image arrival to pose; 0 in offline runs
-};
-
-// What became of one feature of an image.
-enum class FeatureFate : uint8_t {
-  kUnmatched = 0,  // shows no landmark of the local map
-  kInlier = 1,     // shows a landmark, and agrees with the pose
-  kOutlier = 2,    // was matched to a landmark, and contradicts the pose
-  kNew = 3,        // became a landmark with the keyframe made of this image
-};
-
-// What alone decided how much dead reckoning counts in the pose of an image.
-enum class AlphaBound : int32_t {
-  kUnused = 0,      // no prior from dead reckoning
-  kNone = 1,        // the quality of vision: alpha between its bounds
-  kAlphaMin = 2,    // vision is healthy
-  kAlphaMax = 3,    // vision is blind, or nearly
-  kCovariance = 4,  // what dead reckoning claims of itself (docs/adr/0012-no-more-than-dr-knows.md)
-  kDistrusted = 5,  // dead reckoning contradicts healthy vision
-};
-
-// Why the pose of an image is what it is, for people: no estimator uses it.
-struct FrameDetail {
-  Utime utime;                                       // of the image
-  int64_t seq = 0;                                   // of the camera message
-  double alpha_translation = 0, alpha_rotation = 0;  // as in DrScale
-  AlphaBound bound = AlphaBound::kUnused;
-  // Share of the DR prior in the pose along and about the axes x, y, z of B, [0, 1]: the diagonal
-  // of (H_v + H_p)^-1 H_p, the weight of the prior in the mean; H: informations of vision and
-  // prior.
-  Vector6d dr_share = Vector6d::Zero();
-  struct Feature {
-    float u = 0, v = 0;  // px, in the rectified image
-    FeatureFate fate = FeatureFate::kUnmatched;
-  };
-  std::vector<Feature> features;
 };
 
 }  // namespace gw

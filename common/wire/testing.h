@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/core/random.h"
+#include "common/wire/frame_detail.h"
 #include "common/wire/wire.h"
 
 namespace gw::wire::testing {

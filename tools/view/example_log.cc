@@ -7,6 +7,7 @@
 
 #include "common/process/event_log.h"
 #include "common/wire/channels.h"
+#include "common/wire/frame_detail.h"
 #include "common/wire/wire.h"
 
 namespace gw::view {

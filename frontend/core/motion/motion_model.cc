@@ -65,6 +65,19 @@ Motion MotionModel::Between(Utime a, Utime b) const {
   return out;
 }
 
+std::optional<CameraStep> MotionModel::Step(Utime a, Utime b) const {
+  const auto dr = DrPredicts(variant_) ? DrBetween(a, b) : std::nullopt;
+  if (!dr || dr->told.slip) return std::nullopt;
+  const DrNoise noise = InCamera(trust_.Shown(dr->noise), T_BC_);
+  CameraStep out;
+  out.T_ab = InCamera(dr->T_BaBb, T_BC_);
+  out.white = noise.white.diagonal();
+  out.common = (noise.lever * noise.coherent * noise.lever.transpose()).diagonal().cwiseMax(0);
+  out.common = out.common.cwiseSqrt().eval();
+  if (noise.Covariance().isZero(0)) out.white = NominalCovariance(b - a, dr_weight_).diagonal();
+  return out;
+}
+
 std::optional<SE3> MotionModel::OdometryPose(Utime utime) const {
   if (!DrPredicts(variant_)) return std::nullopt;
   const auto T_OB = dr_.PoseAt(utime, kMaxExtrapolation);

@@ -9,6 +9,7 @@
 #include "common/core/se3.h"
 #include "common/core/time.h"
 #include "common/good_weights/dr_history.h"
+#include "frontend/core/features/fixed_in_image.h"
 #include "frontend/core/motion/dr_calibration.h"
 #include "frontend/core/motion/dr_trust.h"
 
@@ -46,6 +47,10 @@ class MotionModel {
   // DR over any interval (keyframes), its scale errors taken out. Body frame. Empty also while
   // healthy vision contradicts it.
   std::optional<DrIncrement> Increment(Utime a, Utime b) const;
+
+  // The motion of the camera as DR tells it, whether vision agrees or not. Empty where DR does not
+  // cover the interval, notices slip, or the variant does not use it.
+  std::optional<CameraStep> Step(Utime a, Utime b) const;
 
   // The camera in the odometry frame; empty where DR does not cover the instant, or the variant
   // does not use it.

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/config/dr_weight_config.h"
+#include "common/contract/frame_detail.h"
 #include "common/contract/map.h"
-#include "common/contract/tracking.h"
 #include "frontend/core/features/feature_frame.h"
 #include "frontend/core/tracking/pose_finder.h"
 

@@ -13,6 +13,7 @@
 #include "common/camera/camera_model.h"
 #include "common/config/frontend_config.h"
 #include "common/contract/dead_reckoning.h"
+#include "common/contract/frame_detail.h"
 #include "common/contract/map.h"
 #include "common/contract/place.h"
 #include "common/contract/samples.h"

@@ -35,6 +35,10 @@ std::string ReasonText(TrackingReason reason) {
       return "the place is not found in the map yet";
     case TrackingReason::kDrContradictsVision:
       return "dead reckoning contradicts healthy vision and is not used";
+    case TrackingReason::kFixedInImage:
+      return "most of what is seen is fixed to the camera, and left out";
+    case TrackingReason::kEyesApart:
+      return "the two images of the pair are not of one instant: no depth";
   }
   return "";
 }
@@ -87,8 +91,10 @@ std::string ReasonName(TrackingReason reason) {
                                            "no_map",
                                            "time_reversed",
                                            "place_unknown",
-                                           "dr_contradicts_vision"};
-  return kNames[std::clamp(static_cast<int>(reason), 0, 9)];
+                                           "dr_contradicts_vision",
+                                           "fixed_in_image",
+                                           "eyes_apart"};
+  return kNames[std::clamp(static_cast<int>(reason), 0, 11)];
 }
 
 std::string BoundName(AlphaBound bound) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "common/contract/frame_detail.h"
 #include "common/contract/tracking.h"
 #include "tools/data/foxglove/json_parts.h"
 

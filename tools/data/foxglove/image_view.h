@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "common/camera/camera_model.h"
-#include "common/contract/tracking.h"
+#include "common/contract/frame_detail.h"
 #include "common/core/image_view.h"
 #include "tools/data/foxglove/json_parts.h"
 

@@ -19,6 +19,7 @@
 #include "common/camera/camera_model.h"
 #include "common/contract/health.h"
 #include "common/contract/samples.h"
+#include "common/wire/frame_detail.h"
 #include "common/wire/wire.h"
 #include "tools/data/foxglove/line_scene.h"
 #include "tools/data/foxglove/map_view.h"

@@ -6,6 +6,7 @@
 
 #include "common/process/event_log.h"
 #include "common/wire/channels.h"
+#include "common/wire/frame_detail.h"
 #include "common/wire/wire.h"
 #include "tools/data/files/format.h"
 #include "tools/data/files/json.h"

@@ -199,6 +199,10 @@ const char* ReasonName(TrackingReason reason) {
       return "place_unknown";
     case TrackingReason::kDrContradictsVision:
       return "dr_contradicts_vision";
+    case TrackingReason::kFixedInImage:
+      return "fixed_in_image";
+    case TrackingReason::kEyesApart:
+      return "eyes_apart";
   }
   return "invalid";
 }

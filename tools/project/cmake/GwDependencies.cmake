@@ -32,6 +32,21 @@ add_library(gw_libusb INTERFACE)
 target_include_directories(gw_libusb SYSTEM INTERFACE ${GW_LIBUSB_INCLUDE})
 target_link_libraries(gw_libusb INTERFACE ${GW_LIBUSB_LIBRARY})
 
+# Compressions and the database of ROS bags. Debian's packages have no CMake configuration.
+add_library(gw_compression INTERFACE)
+foreach(part bzlib.h:bz2 lz4frame.h:lz4 zstd.h:zstd)
+  string(REPLACE ":" ";" part ${part})
+  list(GET part 0 header)
+  list(GET part 1 library)
+  find_path(GW_${library}_INCLUDE ${header} REQUIRED)
+  find_library(GW_${library}_LIBRARY ${library} REQUIRED)
+  target_include_directories(gw_compression SYSTEM INTERFACE ${GW_${library}_INCLUDE})
+  target_link_libraries(gw_compression INTERFACE ${GW_${library}_LIBRARY})
+endforeach()
+find_package(SQLite3 REQUIRED)
+add_library(gw_sqlite INTERFACE)
+target_link_libraries(gw_sqlite INTERFACE SQLite::SQLite3)
+
 # Boost's Beast and Asio, headers only.
 find_path(GW_BEAST_INCLUDE boost/beast/websocket.hpp REQUIRED)
 add_library(gw_beast INTERFACE)

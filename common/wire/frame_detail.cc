@@ -1,4 +1,5 @@
-// FRAME_DETAIL: why the pose of an image is what it is.
+#include "common/wire/frame_detail.h"
+
 #include <gw_lcm/frame_detail_t.hpp>
 
 #include "common/wire/archive.h"

@@ -1,6 +1,5 @@
 // Messages that state where the robot is and how the processes are.
 #include <gw_lcm/ack_t.hpp>
-#include <gw_lcm/dr_prior_t.hpp>
 #include <gw_lcm/dr_t.hpp>
 #include <gw_lcm/frame_pose_t.hpp>
 #include <gw_lcm/health_t.hpp>
@@ -78,18 +77,6 @@ static void Fields(A& a, typename A::template Of<FramePose>& m) {
 }
 
 template <typename A>
-static void Fields(A& a, typename A::template Of<DrPrior>& m) {
-  a.Time("utime", m.utime);
-  Seq(a, "seq", m.seq);
-  a.Real("quality", m.q, 0, 1);
-  a.Real("quality_close", m.q_close, 0, 1);
-  a.Real("alpha_translation", m.alpha_translation, 0, kMaxReal);
-  a.Real("alpha_rotation", m.alpha_rotation, 0, kMaxReal);
-  a.Real("bounded_translation", m.bounded_translation, 0, kMaxReal);
-  a.Real("bounded_rotation", m.bounded_rotation, 0, kMaxReal);
-}
-
-template <typename A>
 static void Fields(A& a, typename A::template Of<Pose>& m) {
   a.Time("utime", m.utime);
   Seq(a, "seq", m.seq);
@@ -150,14 +137,6 @@ Bytes Encode(const FramePose& pose) {
 template <>
 Result<FramePose> Decode(ByteSpan message) {
   return DecodeFields<FramePose>("frame_pose_t", FramePoseType::getHash(), message);
-}
-
-Bytes Encode(const DrPrior& prior) {
-  return EncodeFields(gw_lcm::dr_prior_t::getHash(), prior);
-}
-template <>
-Result<DrPrior> Decode(ByteSpan message) {
-  return DecodeFields<DrPrior>("dr_prior_t", gw_lcm::dr_prior_t::getHash(), message);
 }
 
 Bytes Encode(const Pose& pose) {

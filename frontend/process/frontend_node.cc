@@ -4,6 +4,7 @@
 
 #include "common/camera/camera_model.h"
 #include "common/wire/channels.h"
+#include "common/wire/frame_detail.h"
 
 namespace gw::frontend {
 namespace {
@@ -96,8 +97,8 @@ void FrontendNode::ProcessImage(const WaitingImage& image, process::Shell& shell
   TrackerOutput out = tracker_.Push(image.camera.frame);
   const DurationUs latency = shell.Now() - image.received;
   out.pose.latency_us = latency.us;
+  shell.Publish(wire::kFrameDetail, wire::Encode(out.detail));
   shell.Publish(wire::kFramePose, wire::Encode(out.pose));
-  shell.Publish(wire::kDrPrior, wire::Encode(out.dr_prior));
   shell.health().AddLatency(latency);
   status_ = out.pose.status;
   reason_ = out.pose.reason;

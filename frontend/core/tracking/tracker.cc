@@ -20,6 +20,7 @@
 #include "frontend/core/place/place_confirmation.h"
 #include "frontend/core/place/recovery.h"
 #include "frontend/core/place/view_change.h"
+#include "frontend/core/tracking/frame_detail.h"
 #include "frontend/core/tracking/keyframe_chain.h"
 #include "frontend/core/tracking/pose_finder.h"
 #include "frontend/core/tracking/tracking_state.h"
@@ -42,17 +43,6 @@ constexpr double kTurnedMeanwhile = 0.3;  // rad
 constexpr DurationUs kRewindable = Milliseconds(5000);
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
-
-// What dead reckoning counted for when this pose was looked for.
-void FillPrior(const FoundPose& found, bool from_dr, DrPrior* prior) {
-  prior->q = found.q;
-  prior->q_close = found.q_close;
-  if (!from_dr) return;
-  prior->alpha_translation = found.scale.translation;
-  prior->alpha_rotation = found.scale.rotation;
-  prior->bounded_translation = found.bounded.translation;
-  prior->bounded_rotation = found.bounded.rotation;
-}
 
 }  // namespace
 
@@ -538,8 +528,8 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   FramePose& report = out.pose;
   report.utime = utime;
   report.seq = seq;
-  out.dr_prior.utime = utime;
-  out.dr_prior.seq = seq;
+  out.detail.utime = utime;
+  out.detail.seq = seq;
   const ClockWatch::Verdict order = clock_.Judge(utime);
   report.num_detected = seen.num_detected;
   if (order == ClockWatch::Verdict::kLate) return Refuse(std::move(out));
@@ -556,8 +546,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
       Locate(&image);
       report.num_tracked = image.found.num_tracked;
       report.q = image.found.q;
-      FillPrior(image.found, image.motion.from_dr, &out.dr_prior);
-      report.alpha = out.dr_prior.alpha_rotation;
+      report.alpha = image.motion.from_dr ? image.found.scale.rotation : 0;
       report.reason = image.found.reason;
     }
   }
@@ -577,6 +566,15 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   outcome.vision = image->found.found && IsBelieved(*image, report);
   outcome.unconfirmed = image->found.found && !outcome.vision;
   outcome.begins_map = BeginsMap(*image->frame);
+  out->detail = ExplainFrame({.utime = report.utime,
+                              .seq = report.seq,
+                              .frame = image->frame,
+                              .found = &image->found,
+                              .vision = outcome.vision,
+                              .from_dr = image->motion.from_dr,
+                              .dr_trusted = motion_.dr_trusted(),
+                              .T_BC = camera_.T_BC},
+                             config_.dr_weight);
   if (outcome.vision) {
     Accept(*image, &report, &outcome);
   } else {
@@ -614,6 +612,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
       chain_.WantsNext(image->utime, *image->frame, image->found, map_.NumLandmarks(reference_));
   if (outcome.begins_map || due) {
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
+    MarkNewLandmarks(*out->keyframe, &out->detail);
   }
 }
 

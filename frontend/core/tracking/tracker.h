@@ -13,6 +13,7 @@
 #include "common/camera/camera_model.h"
 #include "common/config/frontend_config.h"
 #include "common/contract/dead_reckoning.h"
+#include "common/contract/frame_detail.h"
 #include "common/contract/map.h"
 #include "common/contract/place.h"
 #include "common/contract/samples.h"
@@ -25,7 +26,7 @@ namespace gw::frontend {
 
 struct TrackerOutput {
   FramePose pose;
-  DrPrior dr_prior;
+  FrameDetail detail;                // of the same image, for people
   std::optional<Keyframe> keyframe;  // to be delivered to the back-end, in order
   std::optional<PlaceQuery> query;   // to be asked there; its answer to Push(PlaceMatch)
 };

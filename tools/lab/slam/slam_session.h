@@ -64,7 +64,8 @@ class SlamSession {
 
   // Every image's pose, as it was published.
   const std::vector<FramePose>& frames() const { return frames_; }
-  const std::vector<DrPrior>& dr_priors() const { return dr_priors_; }  // of the same images
+  // Of the same images, without their features.
+  const std::vector<FrameDetail>& details() const { return details_; }
   // The same image's pose expressed by the final keyframes.
   SE3 FinalPose(const FramePose& frame) const;
   // Per image: T_OB of dead reckoning alone, as far as it was known when the image came; whatever
@@ -113,7 +114,7 @@ class SlamSession {
   std::function<int64_t()> now_us_;
   std::function<void(const dr_ekf::DrFilter::Output&)> watch_dr_;
   std::vector<FramePose> frames_;
-  std::vector<DrPrior> dr_priors_;
+  std::vector<FrameDetail> details_;
   std::vector<std::optional<SE3>> dr_poses_;
   std::vector<int64_t> tracking_us_;
   SlamCounters counters_;

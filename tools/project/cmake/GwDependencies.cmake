@@ -46,3 +46,9 @@ endforeach()
 find_package(SQLite3 REQUIRED)
 add_library(gw_sqlite INTERFACE)
 target_link_libraries(gw_sqlite INTERFACE SQLite::SQLite3)
+
+# Boost's Beast and Asio, headers only.
+find_path(GW_BEAST_INCLUDE boost/beast/websocket.hpp REQUIRED)
+add_library(gw_beast INTERFACE)
+target_include_directories(gw_beast SYSTEM INTERFACE ${GW_BEAST_INCLUDE})
+target_link_libraries(gw_beast INTERFACE Threads::Threads)

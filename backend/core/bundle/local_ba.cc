@@ -146,15 +146,14 @@ bool SolveWindow(const LocalBaJob& job, const std::atomic<bool>* stop, State& st
   WindowSolver::Options options;
   options.iterations = job.iterations;
   options.function_tolerance = job.function_tolerance;
-  if (job.settle_landmarks) options.first_radius = kWholeSteps;
   options.stop = stop;
   const WindowSolver::Summary summary = solver.Solve(options);
   result.iterations += summary.iterations;
   return summary.usable;
 }
 
-// The same for a whole map, whose reduced system is sparse. False when the solver failed or was
-// stopped; the state is then unspecified.
+// The same for a whole map, whose reduced system is large and sparse. False when the solver failed
+// or was stopped; the state is then unspecified.
 bool SolveWhole(const LocalBaJob& job, const ceres::Manifold& manifold,
                 const std::atomic<bool>* stop, State& state, LocalBaResult& result) {
   std::deque<ReprojectionCost<2>> mono;  // deques: the costs cannot be moved
@@ -217,7 +216,7 @@ bool SolveWhole(const LocalBaJob& job, const ceres::Manifold& manifold,
   options.num_threads = 1;
   options.max_num_iterations = job.iterations;
   options.function_tolerance = job.function_tolerance;
-  if (job.settle_landmarks) options.initial_trust_region_radius = kWholeSteps;
+  options.initial_trust_region_radius = kWholeSteps;
   options.logging_type = ceres::SILENT;
   StopWhenAsked stop_when_asked(stop);
   if (stop != nullptr) options.callbacks.push_back(&stop_when_asked);
@@ -227,23 +226,13 @@ bool SolveWhole(const LocalBaJob& job, const ceres::Manifold& manifold,
   return summary.IsSolutionUsable();
 }
 
-// The reduced system of a window is small and nearly full, which favours dense. Where sparse begins
-// to win was not measured; 120 is a guess well above the default window.
-constexpr size_t kLargestWindow = 120;  // keyframes
-
-bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
-               const std::atomic<bool>* stop, State& state, LocalBaResult& result) {
-  return job.keyframes.size() <= kLargestWindow ? SolveWindow(job, stop, state, result)
-                                                : SolveWhole(job, manifold, stop, state, result);
-}
-
 // The same with all that belongs to a pass; `gate` as in Classify.
 bool Adjust(const LocalBaJob& job, const ceres::Manifold& manifold, const std::atomic<bool>* stop,
             bool gate, State& state, LocalBaResult& result) {
   Classify(job, gate, state);
-  if (!job.settle_landmarks) return SolvePass(job, manifold, stop, state, result);
+  if (!job.settle_landmarks) return SolveWindow(job, stop, state, result);
   SettleLandmarks(job, /*leave_out=*/true, state);
-  if (!SolvePass(job, manifold, stop, state, result)) return false;
+  if (!SolveWhole(job, manifold, stop, state, result)) return false;
   Classify(job, gate, state);
   SettleLandmarks(job, /*leave_out=*/false, state);  // those that sat out follow
   return true;

@@ -16,6 +16,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // stays where it is.
 constexpr double kLeastDiagonal = 1e-6;
 constexpr double kLeastGain = 1e-3;  // of the decrease that the linear model expects
+// Radius of the trust region: the damping is its inverse.
+constexpr double kFirstRadius = 1e4;
 constexpr double kLeastRadius = 1e-32;
 constexpr double kLargestRadius = 1e16;
 
@@ -328,7 +330,7 @@ WindowSolver::Summary WindowSolver::Solve(const Options& options) {
   double cost = TotalCost();
   if (!std::isfinite(cost)) return out;
   out.usable = true;
-  double radius = options.first_radius;
+  double radius = kFirstRadius;
   double shrink = 2;
   bool moved = true;
   Save();

@@ -34,7 +34,6 @@ class WindowSolver {
   struct Options {
     int iterations = 10;
     double function_tolerance = 1e-4;  // relative change of the cost that ends the solve
-    double first_radius = 1e4;         // of the trust region; damping is its inverse
     const std::atomic<bool>* stop = nullptr;
   };
   struct Summary {

@@ -13,7 +13,7 @@ enum class TrackingStatus : int32_t {
   kInvalid = 0,
   kInitializing = 1,  // no map yet: waiting for an image with enough depth
   kTracking = 2,      // vision carries the pose
-  kDegraded = 3,      // vision is weak; DR carries noticeable weight
+  kDegraded = 3,      // vision is weak and DR carries noticeable weight, or the two contradict
   kDrOnly = 4,        // no usable vision; the pose is the DR prediction
   kRecovering = 5,    // where in the map is not known, in doubt, not yet confirmed, or only now
   kLost = 6,          // neither vision nor DR; the pose is extrapolated and its covariance says so
@@ -31,6 +31,8 @@ enum class TrackingReason : int32_t {
   kTimeReversed = 7,         // the image is not newer than the one before; not used
   kPlaceUnknown = 8,         // not found yet in the map that is there
   kDrContradictsVision = 9,  // healthy vision goes on without dead reckoning, which is wrong
+  kFixedInImage = 10,        // most of what is seen is fixed to the camera, and left out
+  kEyesApart = 11,           // the two images of a pair are not of one instant: no depth
 };
 
 struct FramePose {
@@ -50,7 +52,7 @@ struct FramePose {
   int32_t num_tracked = 0;   // N_trk: matched to the local map in the first stage
   int32_t num_inliers = 0;   // of the final pose
   double q = 0;              // tracking quality, [0, 1]
-  double alpha = 0;          // DrPrior::alpha_rotation; 0 = no DR prior used
+  double alpha = 0;          // FrameDetail::alpha_rotation; 0 = no DR prior used
   double dr_share = 0;  // [0, 1]: share of the DR prior in the trace-normalised pose information
   int64_t map_revision = 0;  // of the map the pose refers to
   KeyframeId reference_keyframe;
@@ -58,17 +60,6 @@ struct FramePose {
   int64_t dr_seq = 0;  // newest DR state used; 0 = none
   uint32_t dr_reset_counter = 0;
   int64_t latency_us = 0;  // image arrival to pose; 0 in offline runs
-};
-
-// How much dead reckoning counted in the pose of one image: scales of the information of its prior
-// (docs/method.md, sections 3.2 and 3.3). All four are 0 when no such prior was used.
-struct DrPrior {
-  Utime utime;                                           // of the image, mid-exposure
-  int64_t seq = 0;                                       // of the camera message
-  double q = 0;                                          // tracking quality of all features, [0, 1]
-  double q_close = 0;                                    // of the features with depth
-  double alpha_translation = 0, alpha_rotation = 0;      // by the law of alpha
-  double bounded_translation = 0, bounded_rotation = 0;  // after the bound: what was really used
 };
 
 }  // namespace gw

@@ -12,7 +12,7 @@ inline constexpr char kImu[] = "IMU";
 inline constexpr char kWheel[] = "WHEEL";
 inline constexpr char kDr[] = "DR";
 inline constexpr char kFramePose[] = "FRAME_POSE";
-inline constexpr char kDrPrior[] = "DR_PRIOR";
+inline constexpr char kFrameDetail[] = "FRAME_DETAIL";
 inline constexpr char kPose[] = "POSE";
 inline constexpr char kKeyframe[] = "KEYFRAME";
 inline constexpr char kKeyframeAck[] = "KEYFRAME_ACK";
@@ -51,7 +51,7 @@ inline constexpr std::array<Channel, 18> kChannels{{
     {kWheel, "wheel_t", "gw-kobuki, gw-sim, importer", "20-50 Hz", QueuePolicy::kEvery, 500},
     {kDr, "dr_t", "gw-dr-ekf, importer", "rate of the IMU or gyro", QueuePolicy::kEvery, 2000},
     {kFramePose, "frame_pose_t", "gw-frontend", "every image", QueuePolicy::kNewest, 100},
-    {kDrPrior, "dr_prior_t", "gw-frontend", "every image", QueuePolicy::kNewest, 100},
+    {kFrameDetail, "frame_detail_t", "gw-frontend", "every image", QueuePolicy::kNewest, 100},
     {kPose, "pose_t", "gw-dr-ekf", "DR rate", QueuePolicy::kNewest, 1000},
     {kKeyframe, "keyframe_t", "gw-frontend", "on demand", QueuePolicy::kReliable, 100},
     {kKeyframeAck, "ack_t", "gw-backend", "after each KEYFRAME", QueuePolicy::kNewest, 100},

@@ -1,6 +1,5 @@
 // Messages that state where the robot is and how the processes are.
 #include <gw_lcm/ack_t.hpp>
-#include <gw_lcm/dr_prior_t.hpp>
 #include <gw_lcm/dr_t.hpp>
 #include <gw_lcm/frame_pose_t.hpp>
 #include <gw_lcm/health_t.hpp>
@@ -16,13 +15,13 @@ constexpr double kMaxReal = std::numeric_limits<double>::max();
 
 using FramePoseType = gw_lcm::frame_pose_t;
 constexpr auto kLastStatus = static_cast<int32_t>(TrackingStatus::kLost);
-constexpr auto kLastReason = static_cast<int32_t>(TrackingReason::kDrContradictsVision);
+constexpr auto kLastReason = static_cast<int32_t>(TrackingReason::kEyesApart);
 constexpr auto kLastHealth = static_cast<int32_t>(HealthState::kFailed);
 static_assert(FramePoseType::STATUS_TRACKING == static_cast<int>(TrackingStatus::kTracking));
 static_assert(FramePoseType::STATUS_DR_ONLY == static_cast<int>(TrackingStatus::kDrOnly));
 static_assert(FramePoseType::STATUS_LOST == kLastStatus);
 static_assert(FramePoseType::REASON_POSE_JUMP == static_cast<int>(TrackingReason::kPoseJump));
-static_assert(FramePoseType::REASON_DR_CONTRADICTS_VISION == kLastReason);
+static_assert(FramePoseType::REASON_EYES_APART == kLastReason);
 static_assert(gw_lcm::health_t::STATE_OK == static_cast<int>(HealthState::kOk));
 static_assert(gw_lcm::health_t::STATE_FAILED == kLastHealth);
 
@@ -75,18 +74,6 @@ static void Fields(A& a, typename A::template Of<FramePose>& m) {
   Seq(a, "dr_seq", m.dr_seq);
   ResetCounter(a, "dr_reset_counter", m.dr_reset_counter);
   a.Duration("latency_us", m.latency_us);
-}
-
-template <typename A>
-static void Fields(A& a, typename A::template Of<DrPrior>& m) {
-  a.Time("utime", m.utime);
-  Seq(a, "seq", m.seq);
-  a.Real("quality", m.q, 0, 1);
-  a.Real("quality_close", m.q_close, 0, 1);
-  a.Real("alpha_translation", m.alpha_translation, 0, kMaxReal);
-  a.Real("alpha_rotation", m.alpha_rotation, 0, kMaxReal);
-  a.Real("bounded_translation", m.bounded_translation, 0, kMaxReal);
-  a.Real("bounded_rotation", m.bounded_rotation, 0, kMaxReal);
 }
 
 template <typename A>
@@ -150,14 +137,6 @@ Bytes Encode(const FramePose& pose) {
 template <>
 Result<FramePose> Decode(ByteSpan message) {
   return DecodeFields<FramePose>("frame_pose_t", FramePoseType::getHash(), message);
-}
-
-Bytes Encode(const DrPrior& prior) {
-  return EncodeFields(gw_lcm::dr_prior_t::getHash(), prior);
-}
-template <>
-Result<DrPrior> Decode(ByteSpan message) {
-  return DecodeFields<DrPrior>("dr_prior_t", gw_lcm::dr_prior_t::getHash(), message);
 }
 
 Bytes Encode(const Pose& pose) {

@@ -69,7 +69,6 @@ Bytes Encode(const ImuSample& sample);
 Bytes Encode(const WheelSample& sample);
 Bytes Encode(const DrState& state);
 Bytes Encode(const FramePose& pose);
-Bytes Encode(const DrPrior& prior);
 Bytes Encode(const Pose& pose);
 // KEYFRAME, MAP_UPDATE and MAP_REQUEST leave with Delivery zero (and seq of the struct where it has
 // one); the sender stamps them with SetDelivery. Precondition: the parallel vectors of a keyframe
@@ -100,8 +99,6 @@ template <>
 Result<DrState> Decode(ByteSpan message);
 template <>
 Result<FramePose> Decode(ByteSpan message);
-template <>
-Result<DrPrior> Decode(ByteSpan message);
 template <>
 Result<Pose> Decode(ByteSpan message);
 template <>

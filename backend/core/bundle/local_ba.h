@@ -47,9 +47,11 @@ struct LocalBaJob {
   // Prior of the errors that all ways, and all turns, of DR have in common; 0: they have none.
   double dr_scale_sigma = 0;
   RectifiedCamera camera;
-  int iterations = 10;                     // per pass
-  double function_tolerance = 1e-4;        // relative change of the cost at which a pass ends early
-  bool settle_landmarks = false;           // each landmark by itself before all move together
+  int iterations = 10;               // per pass
+  double function_tolerance = 1e-4;  // relative change of the cost at which a pass ends early
+  // A whole map: its reduced system is solved as a sparse one, and each landmark settles by itself
+  // before all move together.
+  bool settle_landmarks = false;
   std::vector<KeyframeState> keyframes;    // sorted by id; at least one is fixed
   std::vector<LandmarkState> landmarks;    // sorted by id; each has at least two observations
   std::vector<SeenLandmark> observations;  // sorted by landmark, then keyframe

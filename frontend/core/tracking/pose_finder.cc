@@ -66,6 +66,7 @@ void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>&
   }
   a->estimate = OptimizePose(camera_, T_WC_start, observations, prior);
   for (size_t k = 0; k < feature_of.size(); ++k) {
+    a->outlier[feature_of[k]] = !a->estimate.inlier[k];
     if (!a->estimate.inlier[k]) a->match[feature_of[k]] = -1;
   }
 }
@@ -73,6 +74,7 @@ void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>&
 // Matches the candidates around the prediction, and estimates the pose if they are enough.
 void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) const {
   a->match.assign(frame_->features.size(), -1);
+  a->outlier.assign(frame_->features.size(), 0);
   a->estimate = PoseEstimate();
   a->num_first_stage = matcher_.Match(prediction.T_WC, a->candidates, 0, Image(), {}, &a->match);
   int num_close = 0;
@@ -116,6 +118,7 @@ FoundPose PoseFinder::Result(const Association& a, KeyframeId reference) const {
   out.q = a.quality;
   out.q_close = a.quality_close;
   out.scale = a.scale;
+  out.outlier = a.outlier;
   out.reference = reference;
   out.landmarks.resize(frame_->features.size());
   for (size_t i = 0; i < a.match.size(); ++i) {

@@ -49,6 +49,7 @@ struct FoundPose {
   TrackingReason reason = TrackingReason::kNone;  // why not
   PoseEstimate estimate;
   std::vector<LandmarkId> landmarks;  // per feature; invalid: none, or an outlier
+  std::vector<uint8_t> outlier;       // per feature: 1 when it was matched and set aside
   int num_tracked = 0;                // N_trk: matches of the first stage
   double q = 0;
   double q_close = 0;    // quality of the features with depth
@@ -71,7 +72,8 @@ class PoseFinder {
  private:
   struct Association {
     std::vector<Candidate> candidates;
-    std::vector<int> match;  // per feature: index into candidates, or -1
+    std::vector<int> match;        // per feature: index into candidates, or -1
+    std::vector<uint8_t> outlier;  // per feature
     PoseEstimate estimate;
     int num_first_stage = 0;
     double quality = 0;

@@ -109,7 +109,7 @@ class World {
 
 struct Recording {
   std::vector<FramePose> poses;
-  std::vector<DrPrior> priors;
+  std::vector<FrameDetail> details;
   std::vector<double> errors_m;  // position, per image
   std::vector<Keyframe> keyframes;
 };
@@ -145,7 +145,7 @@ Recording Drive(Variant variant, int images, int blind_from, int blind_to, doubl
     TrackerOutput out = tracker.Track({i * kFrameUs}, i + 1, world.See(T_WB, i, blind));
     run.errors_m.push_back((out.pose.T_WB.translation() - T_WB.translation()).norm());
     run.poses.push_back(out.pose);
-    run.priors.push_back(out.dr_prior);
+    run.details.push_back(out.detail);
     if (out.keyframe) run.keyframes.push_back(*out.keyframe);
   }
   return run;
@@ -179,8 +179,8 @@ TEST(Tracker, DeadReckoningCarriesThePoseThroughTheDark) {
 // alpha below 1 stands, alpha above 1 has no effect (docs/method.md, section 3.3).
 TEST(Tracker, ReportsThePriorByTheLawAndAfterItsBound) {
   const Recording run = Drive(Variant::kFull, 160, 100, 160, 1.0);
-  for (size_t i = 1; i < run.priors.size(); ++i) {
-    const DrPrior& prior = run.priors[i];
+  for (size_t i = 1; i < run.details.size(); ++i) {
+    const FrameDetail& prior = run.details[i];
     EXPECT_EQ(prior.utime, run.poses[i].utime);
     EXPECT_EQ(prior.seq, run.poses[i].seq);
     EXPECT_EQ(prior.q, run.poses[i].q) << i;
@@ -189,10 +189,10 @@ TEST(Tracker, ReportsThePriorByTheLawAndAfterItsBound) {
     EXPECT_NEAR(prior.bounded_rotation, std::min(prior.alpha_rotation, 1.0), 1e-6) << i;
     EXPECT_NEAR(prior.bounded_translation, std::min(prior.alpha_translation, 1.0), 1e-6) << i;
   }
-  EXPECT_LT(run.priors[50].alpha_rotation, 1);
-  EXPECT_GT(run.priors[50].alpha_rotation, 0);
-  EXPECT_EQ(run.priors[150].alpha_translation, DrWeightConfig{}.alpha_max);
-  for (const DrPrior& prior : Drive(Variant::kDa, 20, 0, 0, 1.0).priors) {
+  EXPECT_LT(run.details[50].alpha_rotation, 1);
+  EXPECT_GT(run.details[50].alpha_rotation, 0);
+  EXPECT_EQ(run.details[150].alpha_translation, DrWeightConfig{}.alpha_max);
+  for (const FrameDetail& prior : Drive(Variant::kDa, 20, 0, 0, 1.0).details) {
     EXPECT_EQ(prior.alpha_rotation, 0);
     EXPECT_EQ(prior.bounded_rotation, 0);
   }
@@ -255,7 +255,7 @@ TEST(Tracker, DeadReckoningThatContradictsHealthyVisionIsNamedAndNotUsed) {
     // What was mapped in the seconds before it is noticed stays bent here: there is no back-end.
     EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.05) << way << " " << turn;
     EXPECT_EQ(full.poses.back().reason, TrackingReason::kDrContradictsVision);
-    EXPECT_EQ(full.poses.back().status, TrackingStatus::kTracking);
+    EXPECT_EQ(full.poses.back().status, TrackingStatus::kDegraded);
     EXPECT_FALSE(full.keyframes.back().dr) << "no edge of it goes into the map";
     for (size_t i = kImages - 60; i < full.poses.size(); ++i) {
       EXPECT_EQ(full.poses[i].reason, TrackingReason::kDrContradictsVision) << i;

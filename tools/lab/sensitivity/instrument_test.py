@@ -3,6 +3,7 @@
 import os
 import pathlib
 import sys
+import tempfile
 import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -74,6 +75,42 @@ class Instrument(unittest.TestCase):
         self.assertGreater(len(ids(constants)), 150)
         self.assertIn("common/vision/reprojection.h:kChi2Pixel", ids(constants))
         self.assertEqual(len({c.id for c in constants}), len(constants))
+
+
+class Groups(unittest.TestCase):
+    """Runs of a made-up program: one constant of four matters, and the group of its file with it."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.scratch = pathlib.Path(self.folder.name)
+        (self.scratch / "constants.csv").write_text(
+            "constant,line,value,left_as_it_is\na.cc:kA,1,2,\na.cc:kB,2,3,\nb.cc:kC,1,4,\nb.cc:kD,2,4,\nb.cc:kE,3,4,index\n")
+        self.ran = []
+        self.before = sensitivity.run_once
+        sensitivity.run_once = self.run_once
+
+    def tearDown(self):
+        sensitivity.run_once = self.before
+        self.folder.cleanup()
+
+    def run_once(self, _scratch, log, changes, seed):
+        self.ran.append(changes)
+        digest = "changed" if any(c == "b.cc:kC" for c, _ in changes) else "same"
+        return [{"constant": c, "direction": d, "log": log.name, "seed": seed, "before": "", "after": "", "live": "1",
+                 "keyframes": "1", "digest": digest, "exit": 0, "cpu_s": "0"} for c, d in changes or [("", "")]]
+
+    def test_files_without_effect_cost_one_run_a_direction(self):
+        log = type("Log", (), {"name": "log"})()
+        sensitivity.run(self.scratch, [log], "", 2)
+        a, b = [["a.cc:kA", "a.cc:kB"], ["b.cc:kC", "b.cc:kD"]]
+        self.assertEqual([[c for c, _ in changes] for changes in self.ran],
+                         [[], [], a, a, b, [b[0]], [b[1]], b, [b[0]], [b[1]]])
+        rows = sensitivity.read(self.scratch / "runs.csv")
+        self.assertEqual({r["constant"] for r in rows if r["digest"] == "changed"}, {"b.cc:kC"})
+        self.assertEqual(len(rows), 2 + 8)
+        self.ran.clear()
+        sensitivity.run(self.scratch, [log], "", 2)
+        self.assertEqual(self.ran, [])
 
 
 class Table(unittest.TestCase):

@@ -1,14 +1,14 @@
 // A numeric constant that one run may halve or double. instrument.py puts this header into a COPY
 // of the tree; nothing of the product includes it.
 //
-// The environment variable GW_OVERRIDE is `path:kName=DIRECTION`. Directions: `half`, `double`, and
-// for shares, ratios and cosines near one `more` and `less`, which halve and double what is missing
-// to one. Whole numbers are rounded down. The new value goes to stderr.
+// The environment variable GW_OVERRIDE is `path:kName=DIRECTION`, or several of them with commas.
+// Directions: `half`, `double`, and for shares, ratios and cosines near one `more` and `less`,
+// which halve and double what is missing to one. Whole numbers are rounded down. The new values go
+// to stderr.
 #pragma once
 
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <string>
 #include <type_traits>
 
@@ -25,14 +25,21 @@ inline double Apply(const std::string& direction, double value) {
   std::exit(2);
 }
 
+// Empty when this constant stays as it is.
+inline std::string DirectionOf(const std::string& id) {
+  const char* const set = std::getenv("GW_OVERRIDE");
+  if (set == nullptr) return "";
+  const std::string wanted = "," + std::string(set) + ",";
+  const size_t found = wanted.find("," + id + "=");
+  if (found == std::string::npos) return "";
+  const size_t begin = found + id.size() + 2;
+  return wanted.substr(begin, wanted.find(',', begin) - begin);
+}
+
 template <typename T>
 T Of(const char* id, T value) {
-  const char* wanted = std::getenv("GW_OVERRIDE");
-  const size_t length = std::strlen(id);
-  if (wanted == nullptr || std::strncmp(wanted, id, length) != 0 || wanted[length] != '=') {
-    return value;
-  }
-  const std::string direction = wanted + length + 1;
+  const std::string direction = DirectionOf(id);
+  if (direction.empty()) return value;
   double before = 0;
   double after = 0;
   if constexpr (std::is_same_v<T, DurationUs>) {

@@ -2,14 +2,14 @@
 """What half and double of every numeric constant of the cores do to the result of gw-slam.
 
     sensitivity.py build --scratch DIR [--commit HEAD]
-    sensitivity.py run   --scratch DIR LOG[@T0:T1]... [--only REGEX] [--seeds N]
+    sensitivity.py run   --scratch DIR LOG[@T0:T1][+yaw]... [--only REGEX] [--seeds N]
     sensitivity.py table --scratch DIR [--all]
 
 `build` copies the tree of a commit into DIR, makes the constants changeable there (instrument.py) and
 builds gw-slam once. `run` runs each log (its configuration LOG.yaml beside it,
 its reference LOG.gt.tum or the log itself) undisturbed from N starts, which is the scatter, and
-with half and double of each constant; every run is a line of DIR/runs.csv, and what is there is
-not run again. `table` prints Markdown.
+with half and double of each constant: those of a file together first, and each by itself where that
+changed anything. Every result is a line of DIR/runs.csv, and what is there is not run again. `table` prints Markdown.
 """
 import argparse
 import csv
@@ -106,16 +106,17 @@ def build(scratch, commit):
 # --- run
 
 class Log:
-    """A scenario: LOG or LOG@T0:T1, cut into the scratch folder."""
+    """A scenario: LOG[@T0:T1][+yaw], cut into the scratch folder; +yaw: for a drive along a line."""
 
     def __init__(self, scratch, text):
+        text, _, align = text.partition("+")
         path, _, span = text.partition("@")
         self.path = pathlib.Path(path)
         self.name = self.path.stem + ("@" + span if span else "")
         self.config = self.path.with_suffix(".yaml")
         truth = self.path.with_suffix(".gt.tum")
         self.reference = truth if truth.exists() else self.path
-        self.align = "yaw" if "corridor" in self.name else "se3"  # a line has no roll about itself
+        self.align = align or "se3"
         if span:
             cut = scratch / "logs" / (self.name.replace("@", "_").replace(":", "_") + ".lcm")
             cut.parent.mkdir(exist_ok=True)
@@ -125,7 +126,7 @@ class Log:
             self.path = cut
 
 
-def ape(scratch, log, estimate):
+def ape(log, estimate, scratch):
     """APE RMSE in m, or '' when the estimate cannot be compared."""
     result = scratch / "eval.json"
     result.unlink(missing_ok=True)
@@ -145,13 +146,12 @@ def digest(folder):
     return total.hexdigest()[:16]
 
 
-def run_once(scratch, log, constant, direction, seed):
+def run_once(scratch, log, changes, seed):
+    """One run with these (constant, direction) changed; a row for each, or one without a constant."""
     out = scratch / "out"
     shutil.rmtree(out, ignore_errors=True)
     environment = dict(os.environ)
-    environment.pop("GW_OVERRIDE", None)
-    if constant:
-        environment["GW_OVERRIDE"] = f"{constant}={direction}"
+    environment["GW_OVERRIDE"] = ",".join(f"{constant}={direction}" for constant, direction in changes)
     command = ["nice", "-n", "19", scratch / "tree/build/dev/bin/gw-slam", log.path, "--config", log.config, "--out", out,
                "--seed", str(seed)]
     before = os.times()
@@ -161,14 +161,18 @@ def run_once(scratch, log, constant, direction, seed):
     except subprocess.TimeoutExpired as error:
         code, told = "timeout", (error.stderr or b"").decode()
     after = os.times()
-    values = re.search(r"^override: \S+ (\S+) (\S+)$", told, re.M)
+    cpu_s = after.children_user + after.children_system - before.children_user - before.children_system
     complete = code == 0
-    return {"constant": constant, "direction": direction, "log": log.name, "seed": seed,
-            "before": values[1] if values else "", "after": values[2] if values else "",
-            "live": ape(scratch, log, out / "trajectory.tum") if complete else "",
-            "keyframes": ape(scratch, log, out / "keyframes.tum") if complete else "",
-            "digest": digest(out) if complete else "", "exit": code,
-            "cpu_s": f"{after.children_user + after.children_system - before.children_user - before.children_system:.2f}"}
+    result = {"log": log.name, "seed": seed, "exit": code, "cpu_s": f"{cpu_s / max(1, len(changes)):.2f}",
+              "live": ape(log, out / "trajectory.tum", scratch) if complete else "",
+              "keyframes": ape(log, out / "keyframes.tum", scratch) if complete else "",
+              "digest": digest(out) if complete else ""}
+    values = {m[1]: (m[2], m[3]) for m in re.finditer(r"^override: (\S+) (\S+) (\S+)$", told, re.M)}
+    rows = []
+    for constant, direction in changes or [("", "")]:
+        old, new = values.get(constant, ("", ""))
+        rows.append({"constant": constant, "direction": direction, "before": old, "after": new, **result})
+    return rows
 
 
 def directions(name, value):
@@ -187,25 +191,60 @@ def read(path):
         return list(csv.DictReader(f))
 
 
-def run(scratch, logs, only, seeds):
-    results = scratch / "runs.csv"
-    done = {(r["constant"], r["direction"], r["log"], r["seed"]) for r in read(results)}
-    wanted = [("", "", log, str(seed)) for log in logs for seed in range(seeds)]
-    for constant in read(scratch / "constants.csv"):
+def groups(constants, only):
+    """Lists of (constant, direction): the constants of one file, all in their first or second direction."""
+    found = {}
+    for constant in constants:
         if not constant["left_as_it_is"] and re.search(only, constant["constant"]):
-            name = constant["constant"].split(":")[1]
-            wanted += [(constant["constant"], d, log, "0") for d in directions(name, constant["value"]) for log in logs]
-    wanted = [w for w in wanted if (w[0], w[1], w[2].name, w[3]) not in done]
-    started, new = time.monotonic(), not results.exists()
-    with open(results, "a", newline="") as f:
-        writer = csv.DictWriter(f, FIELDS)
-        if new:
-            writer.writeheader()
-        for i, (constant, direction, log, seed) in enumerate(wanted):
-            writer.writerow(run_once(scratch, log, constant, direction, seed))
-            f.flush()
-            if i % 20 == 19:
-                print(f"{i + 1} of {len(wanted)} runs, {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
+            path, name = constant["constant"].split(":")
+            for i, direction in enumerate(directions(name, constant["value"])):
+                found.setdefault((path, i), []).append((constant["constant"], direction))
+    return list(found.values())
+
+
+class Runs:
+    """runs.csv, to which every run adds."""
+
+    def __init__(self, path):
+        self.path, self.rows = path, read(path)
+
+    def find(self, constant, direction, log, seed="0"):
+        return next((r for r in self.rows if (r["constant"], r["direction"], r["log"], str(r["seed"])) ==
+                     (constant, direction, log.name, seed)), None)
+
+    def add(self, rows):
+        self.rows += rows
+        new = not self.path.exists()
+        with open(self.path, "a", newline="") as f:
+            writer = csv.DictWriter(f, FIELDS)
+            if new:
+                writer.writeheader()
+            writer.writerows(rows)
+
+
+def run_group(scratch, runs, log, group):
+    """What changes nothing together is taken to change nothing alone; else each is run by itself."""
+    group = [change for change in group if not runs.find(*change, log)]
+    if len(group) > 1:
+        rows = run_once(scratch, log, group, 0)
+        if rows[0]["digest"] and rows[0]["digest"] == runs.find("", "", log)["digest"]:
+            return runs.add(rows)
+    for change in group:
+        runs.add(run_once(scratch, log, [change], 0))
+
+
+def run(scratch, logs, only, seeds):
+    runs = Runs(scratch / "runs.csv")
+    for log in logs:
+        for seed in range(seeds):
+            if not runs.find("", "", log, str(seed)):
+                runs.add(run_once(scratch, log, [], seed))
+    wanted = groups(read(scratch / "constants.csv"), only)
+    started = time.monotonic()
+    for i, group in enumerate(wanted):
+        for log in logs:
+            run_group(scratch, runs, log, group)
+        print(f"{i + 1} of {len(wanted)} groups, {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
 
 
 # --- table

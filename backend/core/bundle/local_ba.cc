@@ -114,7 +114,8 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::CauchyLoss dr_loss(std::sqrt(kDrRadius2));
+  ceres::CauchyLoss cauchy(std::sqrt(kDrRadius2));
+  ceres::LossFunction* const dr_loss = job.robust_dr ? &cauchy : nullptr;
   ownership.disable_all_safety_checks = true;
   ceres::Problem problem(ownership);
 
@@ -144,10 +145,10 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
     double* to = state.poses[edge.to].data();
     if (job.dr_scale_sigma > 0) {
       scaled.emplace_back(edge.T_FromTo, edge.lever, edge.sqrt_information);
-      problem.AddResidualBlock(&scaled.back(), &dr_loss, from, to, state.dr_scale_error.data());
+      problem.AddResidualBlock(&scaled.back(), dr_loss, from, to, state.dr_scale_error.data());
     } else {
       relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
-      problem.AddResidualBlock(&relative.back(), &dr_loss, from, to);
+      problem.AddResidualBlock(&relative.back(), dr_loss, from, to);
     }
   }
   if (!scaled.empty()) {
@@ -209,7 +210,7 @@ double Cost(const LocalBaJob& job, const State& state) {
     const SE3 T_FromTo = edge.T_FromTo * SE3::Exp(edge.lever * state.dr_scale_error);
     const double squared =
         (edge.sqrt_information * (T_FromTo.inverse() * T_ab).Log()).squaredNorm();
-    cost += CauchyCost(squared, kDrRadius2);
+    cost += job.robust_dr ? CauchyCost(squared, kDrRadius2) : squared;
   }
   if (job.dr_scale_sigma > 0) {
     cost += (state.dr_scale_error / job.dr_scale_sigma).squaredNorm();

@@ -53,6 +53,11 @@ std::optional<PosePrior> PoseFinder::PriorFor(const PosePrediction& prediction,
   return PosePrior{prediction.T_WC, cov.inverse()};
 }
 
+// Matches of the first stage from which a pose is estimated.
+int PoseFinder::FewestMatches(const PosePrediction& prediction, const DrScale& scale) const {
+  return prediction.any_matches && PriorFor(prediction, scale) ? 0 : config_.min_inliers;
+}
+
 // Pose from the current associations; outliers lose their match.
 void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>& prior,
                           Association* a) const {
@@ -82,7 +87,7 @@ void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) co
   a->quality = ImageQuality({frame_->num_detected, a->num_first_stage}, config_.dr_weight);
   const double q_close = ImageQuality({num_close_, num_close}, config_.dr_weight);
   a->scale = PriorScale(config_.variant, a->quality, q_close, config_.dr_weight);
-  if (a->num_first_stage >= config_.min_inliers) {
+  if (a->num_first_stage >= FewestMatches(prediction, a->scale)) {
     Estimate(prediction.T_WC, PriorFor(prediction, a->scale), a);
   }
 }
@@ -160,13 +165,14 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
     if (attempt == 0 || a.estimate.num_inliers > best.estimate.num_inliers) best = a;
     if (trust(best) || radius >= kMaxRadius) break;
   }
-  if (best.num_first_stage >= config_.min_inliers &&
-      best.estimate.num_inliers >= config_.min_inliers / 2) {
+  const int fewest = FewestMatches(prediction, best.scale);
+  if (best.num_first_stage >= fewest && best.estimate.num_inliers >= fewest / 2) {
     SearchLocalMap(PriorFor(prediction, best.scale), &reference, map, &best);
   }
   FoundPose out = Result(best, reference);
-  const int needed = search_near ? kRelocalizedInliers : config_.min_inliers;
-  if (best.num_first_stage < config_.min_inliers) {
+  int needed = search_near ? kRelocalizedInliers : config_.min_inliers;
+  if (fewest == 0) needed = 1;
+  if (best.num_first_stage < fewest) {
     out.reason = frame_->num_detected < config_.min_inliers ? TrackingReason::kTooFewFeatures
                                                             : TrackingReason::kTooFewMatches;
   } else if (best.estimate.num_inliers < needed) {

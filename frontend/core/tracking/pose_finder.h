@@ -39,6 +39,9 @@ struct PosePrediction {
   // covariance not below honest_cov (docs/adr/0012-no-more-than-dr-knows.md). Unused without
   // has_prior.
   bool has_prior = false;
+  // The prior makes the problem well posed with any number of matches: the paper's law. Else fewer
+  // than FrontendConfig::min_inliers make no pose.
+  bool any_matches = false;
   Matrix6d weight_cov = Matrix6d::Identity();
   Matrix6d honest_cov = Matrix6d::Zero();
   bool vision_broken = false;  // no visual pose in the image before: search near the prediction
@@ -77,6 +80,7 @@ class PoseFinder {
   };
 
   float SearchRadius(const Matrix6d& cov) const;
+  int FewestMatches(const PosePrediction& prediction, const DrScale& scale) const;
   std::optional<PosePrior> PriorFor(const PosePrediction& prediction, const DrScale& scale) const;
   SearchableImage Image() const { return {frame_->features, frame_->descriptors, grid_}; }
   void FirstStage(const PosePrediction& prediction, Association* a) const;

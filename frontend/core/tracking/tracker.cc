@@ -47,6 +47,7 @@ class Tracker::Impl {
         map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         motion_(camera_, config),
         view_(camera_),
+        place_(Departs(Departure::kRecovery)),
         chain_(config) {}
 
   TrackerOutput Push(const CameraFrame& frame);
@@ -73,6 +74,7 @@ class Tracker::Impl {
     bool snapped = false;  // found from a confirmed place, and believed
   };
 
+  bool Departs(Departure d) const { return config_.dr_weight.Departs(d); }
   bool VisionBroken() const { return state_ != TrackingState::kTracking; }
   bool placed() const { return IsPlaced(state_); }
   bool map_there() const { return map_known_ && !map_.empty(); }
@@ -136,16 +138,17 @@ FoundPose Tracker::Impl::Find(const Image& image) {
   prediction.T_WC = image.T_WC_predicted;
   prediction.search_cov = motion.weight_cov;
   prediction.has_prior = motion.from_dr;
+  prediction.any_matches = !Departs(Departure::kInlierGate);
   prediction.weight_cov = motion.weight_cov;
   prediction.vision_broken = VisionBroken();
   if (prediction.vision_broken) {
-    // The mean of the prior is the drifted pose: it counts with that drift, and no more.
     prediction.search_cov += uncertainty_.cov();
-    prediction.weight_cov = prediction.search_cov;
   }
-  if (AdaptsAlpha(config_.variant)) {
-    prediction.honest_cov =
-        prediction.vision_broken ? prediction.search_cov : motion.noise.Covariance();
+  // The mean of the prior is the drifted pose: it counts with that drift, and no more.
+  const bool drifted = prediction.vision_broken && Departs(Departure::kDrift);
+  if (drifted) prediction.weight_cov = prediction.search_cov;
+  if (AdaptsAlpha(config_.variant) && Departs(Departure::kBound)) {
+    prediction.honest_cov = drifted ? prediction.search_cov : motion.noise.Covariance();
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
   if (!found.found && !motion.from_dr) {
@@ -229,7 +232,7 @@ bool Tracker::Impl::Believable(const Image& image) {
 // believed; without dead reckoning there is nothing to hold against it, but that the place is in
 // doubt or not known.
 bool Tracker::Impl::IsBelieved(const Image& image, const FramePose& report) {
-  if (image.snapped) return true;
+  if (image.snapped || !Departs(Departure::kRecovery)) return true;
   const bool judged = VisionBroken() && (image.motion.from_dr || !placed() || place_.in_doubt());
   if (judged) return Believable(image);
   return !place_.Contradicts(Evidence(image, report, placed(), image.found.estimate.num_inliers));
@@ -354,7 +357,7 @@ void Tracker::Impl::Restart(Utime utime) {
   uncertainty_ = PoseUncertainty();
   uncertainty_.Reset(cov);
   utime_ = utime - DurationUs{1};
-  place_ = PlaceConfirmation();
+  place_ = PlaceConfirmation(Departs(Departure::kRecovery));
   confirmed_.reset();
   recovery_.Reset();
   view_ = ViewChange(camera_);
@@ -591,7 +594,9 @@ MapRequest Tracker::Impl::Request() const {
 }
 
 Result<Tracker> Tracker::Create(const FrontendConfig& config, const CameraGeometry& geometry) {
-  Result<FeatureExtractor> extractor = FeatureExtractor::Create(config.orb, geometry);
+  OrbConfig orb = config.orb;
+  orb.corners_only = config.dr_weight.Departs(Departure::kCorners);
+  Result<FeatureExtractor> extractor = FeatureExtractor::Create(orb, geometry);
   if (!extractor) return extractor.error();
   return Tracker(std::make_unique<Impl>(config, geometry, std::move(*extractor)));
 }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "backend/core/bundle/connection.h"
+#include "backend/core/bundle/good_graph.h"
 #include "backend/core/map/seen_landmarks.h"
 #include "common/core/covariance.h"
 #include "common/good_weights/alpha.h"
@@ -27,8 +28,10 @@ constexpr double kGlobalTolerance = 1e-6;
 constexpr double kDrScaleSigma = 0.01;
 constexpr int kFewestNeighbours = 3;  // taken even below the covisibility threshold
 
-// The covisible part: the newest keyframe and its best neighbours.
+// The covisible part: the newest keyframe and its best neighbours, those that share most or those
+// that keep the problem best conditioned.
 std::set<KeyframeId> CovisibleWindow(const Map& map, const MappingContext& context) {
+  if (context.config.local_ba == LocalWindow::kGoodGraph) return GoodGraphWindow(map, context);
   std::set<KeyframeId> window{map.newest_keyframe()};
   for (const auto& [id, shared] : map.Neighbours(map.newest_keyframe(), 1)) {
     const int size = static_cast<int>(window.size());

@@ -24,15 +24,21 @@ constexpr float kNearRadius = 10.0F;        // px; what is near has not been see
 constexpr float kSecondStageRadius = 6.0F;  // px at level 0: the pose is known by then
 constexpr float kMaxRadius = 80.0F;         // px
 constexpr uint64_t kStream = 0x7265;        // of random draws
+constexpr MatcherLimits kSecondStageLimits{.max_distance = 80, .max_ratio = 0.85};
 
 }  // namespace
 
 PoseFinder::PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera,
                        const Pyramid& pyramid)
-    : config_(config), camera_(camera), pyramid_(pyramid), matcher_(camera, pyramid) {}
+    : config_(config),
+      camera_(camera),
+      pyramid_(pyramid),
+      matcher_(camera, pyramid),
+      good_(camera, pyramid) {}
 
-void PoseFinder::SetImage(const FeatureFrame* frame) {
+void PoseFinder::SetImage(const FeatureFrame* frame, uint64_t seed) {
   frame_ = frame;
+  seed_ = seed;
   grid_ = FeatureGrid(frame->features);
   num_close_ = static_cast<int>(std::count_if(frame->features.begin(), frame->features.end(),
                                               [](const Feature& f) { return f.has_depth(); }));
@@ -75,11 +81,37 @@ void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>&
   }
 }
 
+// Matches candidates, all of them or what the budget allows, and appends those that were looked for
+// to the association's. Returns how many features were matched.
+int PoseFinder::Match(const SE3& T_WC, std::vector<Candidate> candidates,
+                      const MatcherLimits& limits, int budget, Association* a) const {
+  const int first = static_cast<int>(a->candidates.size());
+  int matched = 0;
+  if (config_.matching == Matching::kAll) {
+    matched = matcher_.Match(T_WC, candidates, first, Image(), limits, &a->match);
+  } else {
+    const Choice choice{config_.matching, budget, seed_ + static_cast<uint64_t>(first),
+                        a->estimate.vision_information};
+    ChoiceResult result =
+        good_.Match(matcher_, T_WC, candidates, first, Image(), limits, choice, &a->match);
+    candidates = std::move(result.searched);
+    matched = result.matched;
+    const auto searched = static_cast<double>(candidates.size());
+    if (searched > 0) a->left_out += (result.in_view - searched) * matched / searched;
+  }
+  a->candidates.insert(a->candidates.end(), candidates.begin(), candidates.end());
+  return matched;
+}
+
 // Matches the candidates around the prediction, and estimates the pose if they are enough.
 void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) const {
   a->match.assign(frame_->features.size(), -1);
   a->estimate = PoseEstimate();
-  a->num_first_stage = matcher_.Match(prediction.T_WC, a->candidates, 0, Image(), {}, &a->match);
+  a->left_out = 0;
+  // Half the budget: the rest is for what the last image did not show, without which the pose would
+  // drift away from the map.
+  a->num_first_stage =
+      Match(prediction.T_WC, std::exchange(a->candidates, {}), {}, config_.matching_budget / 2, a);
   int num_close = 0;
   for (size_t i = 0; i < a->match.size(); ++i) {
     num_close += a->match[i] >= 0 && frame_->features[i].has_depth();
@@ -92,6 +124,19 @@ void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) co
   }
 }
 
+// The other landmarks of the local map around those that are matched (sorted).
+std::vector<Candidate> PoseFinder::AroundMatched(const std::vector<LandmarkId>& ids,
+                                                 KeyframeId* reference, LocalMap* map) const {
+  std::vector<const MapPoint*> points;
+  map->CollectAround(ids, *reference, kLocalKeyframes, &points, reference);
+  std::vector<Candidate> out;
+  for (const MapPoint* point : points) {
+    if (std::binary_search(ids.begin(), ids.end(), point->id)) continue;
+    out.push_back({point, &point->descriptor, -1, kSecondStageRadius});
+  }
+  return out;
+}
+
 // Second stage: the rest of the local map, in small windows around the pose of the first.
 void PoseFinder::SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeId* reference,
                                 LocalMap* map, Association* a) const {
@@ -100,18 +145,31 @@ void PoseFinder::SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeI
     if (m >= 0) ids.push_back(a->candidates[m].point->id);
   }
   std::sort(ids.begin(), ids.end());
-  std::vector<const MapPoint*> points;
-  map->CollectAround(ids, *reference, kLocalKeyframes, &points, reference);
-  std::vector<Candidate> more;
-  for (const MapPoint* point : points) {
-    if (std::binary_search(ids.begin(), ids.end(), point->id)) continue;
-    more.push_back({point, &point->descriptor, -1, kSecondStageRadius});
-  }
-  const int first = static_cast<int>(a->candidates.size());
-  a->candidates.insert(a->candidates.end(), more.begin(), more.end());
-  matcher_.Match(a->estimate.T_WC, more, first, Image(), {.max_distance = 80, .max_ratio = 0.85},
-                 &a->match);
+  Match(a->estimate.T_WC, AroundMatched(ids, reference, map), kSecondStageLimits,
+        config_.matching_budget - static_cast<int>(ids.size()), a);
   Estimate(a->estimate.T_WC, prior, a);
+}
+
+void PoseFinder::Complete(LocalMap* map, FoundPose* found) const {
+  if (config_.matching == Matching::kAll || !found->found) return;
+  std::vector<LandmarkId> ids;
+  std::vector<int> match(found->landmarks.size(), -1);
+  for (size_t i = 0; i < match.size(); ++i) {
+    if (!found->landmarks[i].valid()) continue;
+    ids.push_back(found->landmarks[i]);
+    match[i] = 0;  // taken
+  }
+  std::sort(ids.begin(), ids.end());
+  const std::vector<Candidate> candidates = AroundMatched(ids, &found->reference, map);
+  matcher_.Match(found->estimate.T_WC, candidates, 1, Image(), kSecondStageLimits, &match);
+  const SE3 T_CW = found->estimate.T_WC.inverse();
+  for (size_t i = 0; i < match.size(); ++i) {
+    if (match[i] < 1) continue;
+    const MapPoint& point = *candidates[static_cast<size_t>(match[i]) - 1].point;
+    const ObservationFit fit =
+        FitOf(camera_, PixelOf(frame_->features[i], pyramid_), T_CW * point.p_W);
+    if (fit.pixel_ok()) found->landmarks[i] = point.id;
+  }
 }
 
 FoundPose PoseFinder::Result(const Association& a, KeyframeId reference) const {
@@ -121,6 +179,7 @@ FoundPose PoseFinder::Result(const Association& a, KeyframeId reference) const {
   out.q = a.quality;
   out.scale = a.scale;
   out.reference = reference;
+  out.num_matchable = a.estimate.num_inliers + static_cast<int>(a.left_out);
   out.landmarks.resize(frame_->features.size());
   for (size_t i = 0; i < a.match.size(); ++i) {
     if (a.match[i] >= 0) out.landmarks[i] = a.candidates[a.match[i]].point->id;

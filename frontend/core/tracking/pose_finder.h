@@ -22,6 +22,7 @@
 #include "frontend/core/features/feature_frame.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/map/projection_matcher.h"
+#include "frontend/core/tracking/good_features.h"
 
 namespace gw::frontend {
 
@@ -52,7 +53,9 @@ struct FoundPose {
   TrackingReason reason = TrackingReason::kNone;  // why not
   PoseEstimate estimate;
   std::vector<LandmarkId> landmarks;  // per feature; invalid: none, or an outlier
-  int num_tracked = 0;                // N_trk: matches of the first stage
+  // Inliers, had everything been looked for that should be in sight; with a budget an estimate.
+  int num_matchable = 0;
+  int num_tracked = 0;  // N_trk: matches of the first stage
   double q = 0;
   DrScale scale;         // what the variant makes of the quality
   KeyframeId reference;  // the keyframe that shares most with the image
@@ -62,12 +65,16 @@ class PoseFinder {
  public:
   PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera, const Pyramid& pyramid);
 
-  // To be called first for every image.
-  void SetImage(const FeatureFrame* frame);
+  // To be called first for every image. seed: of the choice of landmarks.
+  void SetImage(const FeatureFrame* frame, uint64_t seed);
 
   FoundPose Follow(const PosePrediction& prediction, const std::vector<TrackedPoint>& tracked,
                    KeyframeId reference, LocalMap* map);
   FoundPose FindAgain(const SE3& T_WC_near, uint64_t seed, LocalMap* map);
+
+  // Looks for the landmarks that the budget left out, around the pose that was found: an image that
+  // becomes a keyframe should show them all, or the map gets them twice. The pose stays.
+  void Complete(LocalMap* map, FoundPose* found) const;
 
  private:
   struct Association {
@@ -75,6 +82,7 @@ class PoseFinder {
     std::vector<int> match;  // per feature: index into candidates, or -1
     PoseEstimate estimate;
     int num_first_stage = 0;
+    double left_out = 0;  // matches expected of what the budget left out
     double quality = 0;
     DrScale scale;
   };
@@ -83,6 +91,10 @@ class PoseFinder {
   int FewestMatches(const PosePrediction& prediction, const DrScale& scale) const;
   std::optional<PosePrior> PriorFor(const PosePrediction& prediction, const DrScale& scale) const;
   SearchableImage Image() const { return {frame_->features, frame_->descriptors, grid_}; }
+  int Match(const SE3& T_WC, std::vector<Candidate> candidates, const MatcherLimits& limits,
+            int budget, Association* a) const;
+  std::vector<Candidate> AroundMatched(const std::vector<LandmarkId>& ids, KeyframeId* reference,
+                                       LocalMap* map) const;
   void FirstStage(const PosePrediction& prediction, Association* a) const;
   void Estimate(const SE3& T_WC_start, const std::optional<PosePrior>& prior, Association* a) const;
   void SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeId* reference, LocalMap* map,
@@ -93,8 +105,10 @@ class PoseFinder {
   RectifiedCamera camera_;
   Pyramid pyramid_;
   ProjectionMatcher matcher_;
+  GoodFeatures good_;
   FeatureGrid grid_;
   const FeatureFrame* frame_ = nullptr;
+  uint64_t seed_ = 0;
   int num_close_ = 0;  // features of the image with depth
 };
 

@@ -203,7 +203,7 @@ bool Tracker::Impl::TakePlace(Image* image) {
 
 // Finds the pose of the image in the map, if there is one.
 void Tracker::Impl::Locate(Image* image) {
-  finder_.SetImage(image->frame);
+  finder_.SetImage(image->frame, static_cast<uint64_t>(image->utime.us));
   image->snapped = confirmed_ && TakePlace(image);
   confirmed_.reset();
   if (image->snapped) return;
@@ -477,6 +477,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
       ContinuesMap(outcome.vision, image->motion) &&
       chain_.WantsNext(image->utime, *image->frame, image->found, map_.NumLandmarks(reference_));
   if (outcome.begins_map || due) {
+    finder_.Complete(&map_, &image->found);
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
   }
 }

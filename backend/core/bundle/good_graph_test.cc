@@ -71,6 +71,7 @@ class OfAMap : public testing::Test {
     BackendConfig config;
     config.local_ba = LocalWindow::kGoodGraph;
     config.local_keyframes = size;
+    config.covisibility_min_shared = 1;  // this world has few points
     return {config, {}, TestCamera()};
   }
   World world_;

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "common/config/departure.h"
 #include "tools/data/files/text_file.h"
 
 namespace gw::bench {

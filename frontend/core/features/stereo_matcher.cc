@@ -17,6 +17,10 @@ constexpr int kMaxLevelStep = 1;    // pyramid levels between the two detections
 constexpr float kRowTolerance = 2;  // px of the coarser level
 constexpr int kPatchRadius = 5;     // 11x11, px of the left feature's level
 constexpr int kSearch = 5;          // px of the left feature's level, to either side
+constexpr size_t kSampleEvery = 4;  // features whose row is checked
+constexpr int kSampleLevels = 4;    // of the finest levels
+constexpr float kSampleReach = 8;   // px of the level
+constexpr int kUnmistakable = 50;   // of 256 bits, and 0.8 of the second best
 constexpr float kOutlierFactor = 1.5f * 1.4f;  // of the median patch difference (ORB-SLAM3)
 
 // Sum of absolute differences of two patches, their mean difference taken out (the eyes' exposures
@@ -156,6 +160,39 @@ void StereoMatcher::Match(const StereoSide& left, const StereoSide& right,
     cost_[i] = measured->cost;
   }
   RemoveOutliers(disparities);
+}
+
+void StereoMatcher::MeasureRowOffsets(const StereoSide& left, const StereoSide& right,
+                                      std::vector<FeatureFrame::RowOffset>* out) const {
+  out->clear();
+  for (size_t i = 0; i < left.keypoints.size(); i += kSampleEvery) {
+    const OrbKeypoint& k = left.keypoints[i];
+    if (k.level >= kSampleLevels) continue;
+    const float reach = kSampleReach * left.pyramid.scale_y(k.level);
+    const int first_row = std::clamp(static_cast<int>(k.v - reach), 0, height_ - 1);
+    const int last_row = std::clamp(static_cast<int>(k.v + reach), 0, height_ - 1);
+    int best = -1;
+    int distance = kUnmistakable + 1;
+    int second = 257;
+    for (int c = row_begin_[static_cast<size_t>(first_row)];
+         c < row_begin_[static_cast<size_t>(last_row) + 1]; ++c) {
+      const int j = by_row_[static_cast<size_t>(c)];
+      const OrbKeypoint& r = right.keypoints[static_cast<size_t>(j)];
+      if (std::abs(r.level - k.level) > kMaxLevelStep) continue;
+      if (k.u - r.u < -reach || k.u - r.u > max_disparity_ + reach) continue;
+      const int d = HammingDistance(left.descriptors[i], right.descriptors[static_cast<size_t>(j)]);
+      if (d < distance) {
+        second = best < 0 ? second : distance;
+        distance = d;
+        best = j;
+      } else if (d < second) {
+        second = d;
+      }
+    }
+    // The same corner found at another level of the pyramid is no rival, but rarely is as similar.
+    if (best < 0 || distance * 5 > second * 4) continue;
+    out->push_back({static_cast<int>(i), right.keypoints[static_cast<size_t>(best)].v - k.v});
+  }
 }
 
 }  // namespace gw::frontend

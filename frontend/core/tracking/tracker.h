@@ -19,6 +19,7 @@
 #include "common/contract/tracking.h"
 #include "common/core/result.h"
 #include "frontend/core/features/feature_frame.h"
+#include "frontend/core/motion/dr_disagreement.h"
 
 namespace gw::frontend {
 
@@ -61,6 +62,9 @@ class Tracker {
 
   // What to ask the back-end for: the map around the current pose, if there is one.
   MapRequest Request() const;
+
+  // While healthy vision contradicts dead reckoning: the constant that explains it, if one does.
+  DrConstantFault dr_fault() const;
 
   // False until the first snapshot has come.
   bool has_map() const;

@@ -230,7 +230,7 @@ TEST(Tracker, DeadReckoningThatContradictsHealthyVisionIsNamedAndNotUsed) {
     // What was mapped in the seconds before it is noticed stays bent here: there is no back-end.
     EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.05) << way << " " << turn;
     EXPECT_EQ(full.poses.back().reason, TrackingReason::kDrContradictsVision);
-    EXPECT_EQ(full.poses.back().status, TrackingStatus::kTracking);
+    EXPECT_EQ(full.poses.back().status, TrackingStatus::kDegraded);
     EXPECT_FALSE(full.keyframes.back().dr) << "no edge of it goes into the map";
     for (size_t i = kImages - 60; i < full.poses.size(); ++i) {
       EXPECT_EQ(full.poses[i].reason, TrackingReason::kDrContradictsVision) << i;

@@ -129,6 +129,7 @@ std::string Report(const RobotConfig& config, const RunDescription& run,
                        {"time_steps", TimeStepsJson(run.laps.log.time_steps)},
                        {"messages_undecodable", session.counters().undecodable},
                        {"dr_refused", session.counters().dr_refused},
+                       {"dr_fault", session.dr_fault()},
                        {"map_gaps", session.counters().map_gaps},
                        {"map", MapJson(session.mapper())},
                        {"loops", LoopsJson(session.mapper())},
@@ -199,6 +200,10 @@ const char* ReasonName(TrackingReason reason) {
       return "place_unknown";
     case TrackingReason::kDrContradictsVision:
       return "dr_contradicts_vision";
+    case TrackingReason::kFixedInImage:
+      return "fixed_in_image";
+    case TrackingReason::kEyesApart:
+      return "eyes_apart";
   }
   return "invalid";
 }

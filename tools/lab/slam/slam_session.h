@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -71,6 +72,9 @@ class SlamSession {
   // Per image, us; empty without MeasureTimes().
   const std::vector<int64_t>& tracking_us() const { return tracking_us_; }
   const std::vector<MeasuredTime>& local_ba_times() const { return backend_.local_ba_times(); }
+  // In words: why healthy vision contradicts dead reckoning at the end; empty where it does not, or
+  // no constant explains it.
+  std::string dr_fault() const { return frontend::Describe(stages_.tracker.dr_fault()); }
   const backend::Mapper& mapper() const { return backend_.mapper(); }
   // Newest keyframe of the map that the run began with; those after it are its own.
   KeyframeId newest_before() const { return newest_before_; }

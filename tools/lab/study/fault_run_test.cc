@@ -102,7 +102,7 @@ TEST_F(FaultRunTest, TheSystemRunsAndSaysWhatIsWrong) {
   EXPECT_EQ(run->run.frames.size(), 100u);
   ASSERT_TRUE(run->findings.contains("no_map"));
   EXPECT_EQ(run->findings.at("no_map").count, 100);
-  EXPECT_FALSE(run->findings.at("no_map").of_dr);
+  EXPECT_EQ(run->findings.at("no_map").accused, Accused::kVision);
   EXPECT_FALSE(run->findings.at("no_map").in_health);  // initializing
   const auto later = RunWithFault(&experiment_, experiment_.config, Plan("wheels_x2"), 2);
   ASSERT_TRUE(later);

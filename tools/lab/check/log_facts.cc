@@ -11,7 +11,7 @@ template <typename Sample>
 void Take(const process::LogEvent& event, Stream& stream, std::vector<Sample>& samples) {
   const auto sample = wire::Decode<Sample>(event.data);
   if (!sample) {
-    ++stream.undecodable;
+    if (++stream.undecodable == 1) stream.why_undecodable = sample.error().message;
     return;
   }
   stream.times.push_back(sample->utime);
@@ -36,7 +36,7 @@ Result<LogFacts> ReadLogFacts(const std::string& log, const CameraGeometry& geom
       Stream& stream = facts.streams[wire::kCamera];
       const auto camera = wire::Decode<wire::DecodedCamera>(event->data);
       if (!camera) {
-        ++stream.undecodable;
+        if (++stream.undecodable == 1) stream.why_undecodable = camera.error().message;
         continue;
       }
       stream.times.push_back(camera->frame.utime);

@@ -17,6 +17,7 @@ namespace gw::check {
 struct Stream {
   std::vector<Utime> times;  // of the messages, in the order of the log
   int64_t undecodable = 0;
+  std::string why_undecodable;  // of the first
 };
 
 struct LogFacts {

@@ -178,9 +178,9 @@ class MotionChecker {
              : "ticks_per_metre (wheel radius), the baseline or the depth unit is off");
   }
 
-  // A robot on wheels drives along its x.
+  // A robot on wheels drives along its x; what is carried by hand or flies does not.
   void CheckMounting() {
-    if (motion_.straight_m < kEnoughWay) return;
+    if (motion_.wheel_way.empty() || motion_.straight_m < kEnoughWay) return;
     const Eigen::Vector3d& d = motion_.straight_B;
     double yaw = std::atan2(d.y(), d.x());
     // Driving back is no mounting; whether ahead and back are exchanged is told by the wheels.
@@ -247,7 +247,8 @@ Findings CheckInertial(const LogFacts& facts, const RobotConfig& config) {
                                norm, std::abs(norm - 1) < 0.15 ? ": it counts in g" : ""),
                         "write m/s^2 (gw-import --accel-unit g converts)"});
   }
-  if (norm > 0.06 * kStandardGravity) {
+  // What stands on wheels is upright.
+  if (config.calibration.wheel.present && norm > 0.06 * kStandardGravity) {
     const Eigen::Vector3d up_B = config.calibration.imu.T_BI.rotation() * sum.normalized();
     const double tilt = std::acos(std::clamp(up_B.z(), -1.0, 1.0));
     if (tilt > 10 / kDegrees) {

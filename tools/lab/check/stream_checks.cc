@@ -104,8 +104,9 @@ class StreamChecker {
     const bool absent = found == facts_.streams.end() || found->second.times.empty();
     if (found != facts_.streams.end() && found->second.undecodable > 0) {
       Fail("undecodable",
-           Format("%d messages of %s cannot be read", found->second.undecodable, e.channel),
-           "gw-log check names what is wrong with them");
+           Format("%d messages of %s cannot be read; the first: %s", found->second.undecodable,
+                  e.channel, found->second.why_undecodable),
+           "write them as the channel's type says (docs/channels.md)");
     }
     if (absent && e.present) {
       Fail("stream-missing", Format("the configuration has %s, the recording has none", e.name),

@@ -187,7 +187,7 @@ def turned_axes(message, _):
 
 
 def upside_down(message, _):
-    for field in ("wx", "wz", "ax", "az"):
+    for field in ("wx", "wy", "ax", "ay"):
         setattr(message, field, -getattr(message, field))
 
 

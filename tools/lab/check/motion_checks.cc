@@ -96,7 +96,10 @@ class MotionChecker {
       SayWheels(*wheel_of_vision_, "vision");
     } else if (gw_off && !gv && !wv) {
       // Only a unit tells who: wheels of a skid-steer base are wrong by a factor of three.
-      if (gyro_of_wheel_->scale > 7.5) {
+      if (gyro_of_wheel_->scale < 0) {
+        Fail("turn-sign", "gyro and wheels turn against each other",
+             "run without --no-vision to see who is wrong");
+      } else if (gyro_of_wheel_->scale > 7.5) {
         SayGyro(*gyro_of_wheel_, "the wheels");
       } else {
         MotionFit inverse = *gyro_of_wheel_;

@@ -20,7 +20,7 @@ std::optional<Trial> FitAt(const std::vector<MotionStep>& reference, const Motio
                            DurationUs delay) {
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
-  double square = 0;
+  double square = 0, moved = 0, other_moved = 0;
   Trial trial;
   for (const MotionStep& step : reference) {
     const auto begin = other.At(step.begin + delay);
@@ -31,10 +31,12 @@ std::optional<Trial> FitAt(const std::vector<MotionStep>& reference, const Motio
     normal += row * row.transpose();
     right += row * value;
     square += value * value;
-    trial.moved += std::abs(step.motion);
+    moved += std::abs(step.motion);
+    other_moved += std::abs(value);
     ++trial.steps;
   }
   if (trial.steps < kFewestSteps || normal.determinant() <= 0) return std::nullopt;
+  trial.moved = std::max(moved, other_moved);
   const Eigen::Vector2d solution = normal.ldlt().solve(right);
   trial.scale = solution.x();
   trial.rest = std::max(0.0, square - solution.dot(right));
@@ -86,13 +88,16 @@ std::optional<MotionFit> FitMotion(const std::vector<MotionStep>& reference, con
   constexpr int64_t kSide = 20;
   const auto before = FitAt(reference, other, around + Milliseconds(best_ms - kSide));
   const auto after = FitAt(reference, other, around + Milliseconds(best_ms + kSide));
-  if (!before || !after || before->steps != best->steps || after->steps != best->steps) return fit;
+  if (!before || !after) return fit;
   const double h = kSide * 1e-3;
-  const double curvature = (before->rest + after->rest - 2 * best->rest) / (h * h);
+  // Of the mean square: at the edges of the recording a step more or less is covered.
+  const double rest = best->rest / best->steps;
+  const double rest_before = before->rest / before->steps, rest_after = after->rest / after->steps;
+  const double curvature = (rest_before + rest_after - 2 * rest) / (h * h);
   if (curvature <= 0) return fit;
-  const double slope = (after->rest - before->rest) / (2 * h);
+  const double slope = (rest_after - rest_before) / (2 * h);
   fit.delay_s -= std::clamp(slope / curvature, -h, h);
-  fit.sigma_delay_s = std::sqrt(2 * best->rest / (best->steps - 3) / curvature);
+  fit.sigma_delay_s = std::sqrt(2 * rest / (best->steps - 3) / curvature);
   return fit;
 }
 

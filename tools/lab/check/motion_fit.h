@@ -33,7 +33,7 @@ struct MotionFit {
   double delay_s = 0;      // the other's stamps are later by this
   double sigma_delay_s = 0;
   double correlation = 0;  // at that delay, -1 to 1
-  double moved = 0;        // sum of the sizes of the reference's motion, over the steps used
+  double moved = 0;        // sum of the sizes of the motion, of the one that tells more of it
 };
 
 // Least squares of  other = scale * reference + bias * time  over the steps, at the delay within

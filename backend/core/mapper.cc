@@ -290,6 +290,7 @@ std::optional<MapUpdate> Mapper::Apply(const LoopGraphResult& result) {
 }
 
 bool Mapper::GlobalBaDue() const {
+  if (!context_.dr_weight.Departs(Departure::kRepeatedGlobalBa)) return false;
   const int64_t enough = std::max(kLeastRenewed, std::ssize(map_.keyframes()) / kRenewedPart);
   return inserted_since_global_ >= enough &&
          SeesKnownGround(map_, context_.config.covisibility_min_shared);

@@ -5,7 +5,14 @@
 
 namespace gw {
 
+// Which keyframes local bundle adjustment moves.
+enum class LocalWindow {
+  kCovisible,  // those that share most landmarks with the newest
+  kGoodGraph,  // those that keep the problem best conditioned (docs/method.md, section 6.4)
+};
+
 struct BackendConfig {
+  LocalWindow local_ba = LocalWindow::kCovisible;
   int covisibility_min_shared = 15;
   int local_keyframes = 20;
   int local_fixed_keyframes = 20;
@@ -17,6 +24,10 @@ struct BackendConfig {
 
   template <typename Visitor>
   void VisitFields(Visitor& v) {
+    v.Enum("local_ba", local_ba,
+           {{"covisible", LocalWindow::kCovisible}, {"good_graph", LocalWindow::kGoodGraph}},
+           {.text = "which covisible keyframes local BA moves: those that share most with the "
+                    "newest, or those that make its information largest"});
     v.Field("covisibility_min_shared", covisibility_min_shared,
             {.min = 1,
              .max = 1000,

@@ -3,6 +3,7 @@
 // where it gives a number (section III-B).
 #pragma once
 
+#include "common/config/departure.h"
 #include "common/core/fields.h"
 
 namespace gw {
@@ -30,6 +31,7 @@ inline bool AdaptsAlpha(Variant v) {
 }
 
 struct DrWeightConfig {
+  Method method = Method::kOurs;
   double alpha_min = 1e-1;
   double alpha_max = 1e3;
   double n_det_ref = 600;
@@ -39,9 +41,16 @@ struct DrWeightConfig {
   double sigma_rot_deg_per_frame = 0.1;
   double fixed_alpha = 1.0;
   double switch_q = 0.3;
+  // Departures that are the other way than `method` has them. For experiments only: no robot's
+  // configuration can set it.
+  DepartureSet changed = {};
+
+  bool Departs(Departure d) const { return (method == Method::kOurs) != changed.Contains(d); }
 
   template <typename Visitor>
   void VisitFields(Visitor& v) {
+    v.Enum("method", method, {{"ours", Method::kOurs}, {"paper", Method::kPaper}},
+           {.text = "the law in force: this project's, or section III of the paper as printed"});
     v.Field("alpha_min", alpha_min,
             {.min = 1e-9,
              .max = 1e9,

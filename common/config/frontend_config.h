@@ -14,6 +14,9 @@ struct OrbConfig {
   double scale_factor = 1.2;
   int fast_threshold = 20;
   int fast_threshold_low = 7;
+  // Corners that are edges are dropped (docs/method.md, section 3.2). No robot's configuration can
+  // change it: it follows from the method.
+  bool corners_only = true;
 
   template <typename Visitor>
   void VisitFields(Visitor& v) {
@@ -39,8 +42,17 @@ struct OrbConfig {
   }
 };
 
+// Which of the landmarks that should be in sight are looked for in an image.
+enum class Matching {
+  kAll,
+  kGood,    // those that tell most of the pose, up to a budget (docs/method.md, section 5.11)
+  kRandom,  // as many, drawn at random: what kGood is measured against
+};
+
 struct FrontendConfig {
   Variant variant = Variant::kFull;
+  Matching matching = Matching::kAll;
+  int matching_budget = 400;
   OrbConfig orb;
   DrWeightConfig dr_weight;
   bool calibrate_dr = true;
@@ -61,6 +73,16 @@ struct FrontendConfig {
             {"switch", Variant::kSwitch}},
            {.text = "where dead reckoning enters: nowhere, matching, + pose estimation, + local "
                     "BA, everywhere; or a baseline"});
+    v.Enum(
+        "matching", matching,
+        {{"all", Matching::kAll}, {"good", Matching::kGood}, {"random", Matching::kRandom}},
+        {.text = "which landmarks are looked for in an image: all that should be in sight, or "
+                 "within a budget those that tell most of the pose, or random ones (a baseline)"});
+    v.Field("matching_budget", matching_budget,
+            {.min = 50,
+             .max = 5000,
+             .unit = "count",
+             .text = "matching `good` and `random`: most matches per image"});
     v.Section("orb", orb, {.text = "feature extraction"});
     v.Section("dr_weight", dr_weight,
               {.text = "Good Weights: tracking quality and the scale of the DR prior"});

@@ -27,8 +27,9 @@ double InformationScale(double q, const DrWeightConfig& config) {
 
 DrScale PriorScale(Variant variant, double q, double q_close, const DrWeightConfig& config) {
   if (!DrInPoseEstimation(variant)) return {};
-  // The baselines know one quality only.
-  const double q_translation = AdaptsAlpha(variant) ? q_close : q;
+  // The paper and the baselines know one quality only.
+  const bool two = AdaptsAlpha(variant) && config.Departs(Departure::kTwoAlphas);
+  const double q_translation = two ? q_close : q;
   return {ScaleOf(variant, q_translation, config), ScaleOf(variant, q, config)};
 }
 

@@ -23,7 +23,8 @@ struct DrScale {
   double rotation = 0;
 };
 
-// The prior of one image. Zero in variants without DR in pose estimation.
+// The prior of one image; with the paper's law one scale for all axes. Zero in variants without DR
+// in pose estimation.
 DrScale PriorScale(Variant variant, double q, double q_close, const DrWeightConfig& config);
 
 // The edge between two keyframes that follow each other, of quality q. Zero in variants without DR

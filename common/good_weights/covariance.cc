@@ -18,7 +18,9 @@ Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config) {
 }
 
 Matrix6d DrCovariance(DurationUs interval, const Matrix6d& reported, const DrWeightConfig& config) {
-  return LargerCovariance(NominalCovariance(interval, config), reported);
+  const Matrix6d nominal = NominalCovariance(interval, config);
+  if (!config.Departs(Departure::kReportedNoise)) return nominal;
+  return LargerCovariance(nominal, reported);
 }
 
 Matrix6d ScaledCovariance(const Matrix6d& cov, const DrScale& alpha, const Matrix6d& honest) {

@@ -18,9 +18,10 @@ namespace gw {
 Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config);
 
 // Sigma_d of an edge between keyframes: the larger of nominal and reported covariance, in every
-// direction. The errors of edges that follow each other are one bias, which edges that are
-// independent of each other would take for knowledge: the nominal noise keeps them from that
-// (docs/adr/0020-two-witnesses.md). reported: positive semi-definite; zero: nothing is reported.
+// direction; the nominal one by the paper's law. The errors of edges that follow each other are one
+// bias, which edges that are independent of each other would take for knowledge: the nominal noise
+// keeps them from that (docs/adr/0020-two-witnesses.md). reported: positive semi-definite; zero:
+// nothing is reported.
 Matrix6d DrCovariance(DurationUs interval, const Matrix6d& reported, const DrWeightConfig& config);
 
 // Covariance of a motion that counts with the scale alpha > 0: Sigma_d / alpha, per block. It is

@@ -82,30 +82,30 @@ DrMotion ForwardMotion(double reported_sigma_m) {
 TEST(EdgeCovariance, ScalesTheNominalNoise) {
   const DrMotion sure = ForwardMotion(1e-9);
   for (const double alpha : {0.1, 1.0, 1000.0}) {
-    EXPECT_LT((EdgeCovariance(sure, alpha, Variant::kFull) - sure.cov / alpha).norm(),
+    EXPECT_LT((EdgeCovariance(sure, alpha, Variant::kFull, {}) - sure.cov / alpha).norm(),
               1e-6 * sure.cov.norm() / alpha);
   }
 }
 
 TEST(EdgeCovariance, IsNeverBelowWhatTheFilterReports) {
   const DrMotion unsure = ForwardMotion(0.01);
-  const Matrix6d strongest = EdgeCovariance(unsure, 1e6, Variant::kFull);
+  const Matrix6d strongest = EdgeCovariance(unsure, 1e6, Variant::kFull, {});
   EXPECT_LT((strongest - unsure.reported_cov).norm(), 1e-4 * unsure.reported_cov.norm());
-  const Matrix6d weak = EdgeCovariance(unsure, 0.1, Variant::kFull);
+  const Matrix6d weak = EdgeCovariance(unsure, 0.1, Variant::kFull, {});
   EXPECT_LT((weak - 10 * unsure.cov).norm(), 1e-9 * weak.norm());
 }
 
 TEST(EdgeCovariance, OfABaselineIsScaledWithoutABound) {
   const DrMotion unsure = ForwardMotion(0.01);
-  EXPECT_LT((EdgeCovariance(unsure, 1e6, Variant::kFixed) - 1e-6 * unsure.cov).norm(),
+  EXPECT_LT((EdgeCovariance(unsure, 1e6, Variant::kFixed, {}) - 1e-6 * unsure.cov).norm(),
             1e-15 * unsure.cov.norm());
 }
 
 TEST(LoopEdgeCovariance, CountsNoMoreThanDrift) {
   const DrMotion sure = ForwardMotion(1e-9);
-  EXPECT_LT((LoopEdgeCovariance(sure, 1000, Variant::kFull) - sure.cov).norm(),
+  EXPECT_LT((LoopEdgeCovariance(sure, 1000, Variant::kFull, {}) - sure.cov).norm(),
             1e-6 * sure.cov.norm());
-  EXPECT_LT((LoopEdgeCovariance(sure, 0.1, Variant::kFull) - 10 * sure.cov).norm(),
+  EXPECT_LT((LoopEdgeCovariance(sure, 0.1, Variant::kFull, {}) - 10 * sure.cov).norm(),
             1e-5 * sure.cov.norm());
 }
 
@@ -118,7 +118,7 @@ TEST(WholeMapEdgeCovariance, HasTheWayOfTheFilterAndTheTurnOfLocalBa) {
   const Eigen::Matrix3d way = unsure.reported_cov.topLeftCorner<3, 3>();
   EXPECT_LT((turn_known * inflation - way).norm(), 0.05 * way.norm());
   const Eigen::Matrix3d turn =
-      EdgeCovariance(unsure, alpha, Variant::kFull).inverse().bottomRightCorner<3, 3>();
+      EdgeCovariance(unsure, alpha, Variant::kFull, {}).inverse().bottomRightCorner<3, 3>();
   EXPECT_LT((cov.inverse().bottomRightCorner<3, 3>() - turn).norm(), 1e-6 * turn.norm());
 }
 
@@ -126,9 +126,9 @@ TEST(WholeMapEdgeCovariance, IsThatOfLocalBaForABaselineAndForASourceWithoutCova
   const DrMotion unsure = ForwardMotion(0.01);
   const DrMotion silent = ForwardMotion(0);
   EXPECT_EQ(WholeMapEdgeCovariance(unsure, 2.0, Variant::kFixed, {}),
-            EdgeCovariance(unsure, 2.0, Variant::kFixed));
+            EdgeCovariance(unsure, 2.0, Variant::kFixed, {}));
   EXPECT_EQ(WholeMapEdgeCovariance(silent, 2.0, Variant::kFull, {}),
-            EdgeCovariance(silent, 2.0, Variant::kFull));
+            EdgeCovariance(silent, 2.0, Variant::kFull, {}));
 }
 
 TEST(EffectiveScale, IsAlphaWithoutABoundAndLessWhereItActs) {

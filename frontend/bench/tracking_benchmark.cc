@@ -3,6 +3,9 @@
 //
 // Images: GW_SHARED_DIR/tum_fr1_rpy_first400, in order, with the map growing as it does live but
 // without a back-end; skips when the recording is absent.
+//
+// And the part from features to pose alone, by how landmarks are chosen (`frontend.matching`), with
+// 800 and 2000 features.
 #include <benchmark/benchmark.h>
 #include <time.h>
 
@@ -53,14 +56,34 @@ CameraGeometry Freiburg1() {
   return *MakeCameraGeometry(c);
 }
 
-void TrackingAgainstCvOrb(benchmark::State& state) {
+// The images of the recording; empty when it is absent.
+struct Recording {
+  std::vector<cv::Mat> gray, depth;
+
+  size_t size() const { return std::min(gray.size(), depth.size()); }
+  CameraFrame Frame(size_t i) const {
+    CameraFrame frame;
+    frame.utime = {static_cast<int64_t>(i) * 33333};
+    frame.seq = static_cast<int64_t>(i) + 1;
+    frame.left = {gray[i].data, gray[i].cols, gray[i].rows, static_cast<int>(gray[i].step),
+                  PixelFormat::kGray8};
+    frame.depth = {depth[i].data, depth[i].cols, depth[i].rows, static_cast<int>(depth[i].step),
+                   PixelFormat::kDepth16};
+    return frame;
+  }
+};
+
+Recording LoadRecording() {
   const char* shared = std::getenv("GW_SHARED_DIR");
   const std::filesystem::path root =
       std::filesystem::path(shared != nullptr ? shared : GW_SOURCE_DIR "/../shared") / "data" /
       "tum_fr1_rpy_first400";
-  const auto gray = Load(root / "rgb", cv::IMREAD_GRAYSCALE);
-  const auto depth = Load(root / "depth", cv::IMREAD_UNCHANGED);
-  if (gray.empty() || depth.empty()) {
+  return {Load(root / "rgb", cv::IMREAD_GRAYSCALE), Load(root / "depth", cv::IMREAD_UNCHANGED)};
+}
+
+void TrackingAgainstCvOrb(benchmark::State& state) {
+  const Recording recording = LoadRecording();
+  if (recording.gray.empty() || recording.depth.empty()) {
     state.SkipWithError("no recording at GW_SHARED_DIR/tum_fr1_rpy_first400");
     return;
   }
@@ -74,21 +97,15 @@ void TrackingAgainstCvOrb(benchmark::State& state) {
     MapUpdate empty;
     empty.snapshot = true;
     tracker.Push(empty);
-    for (size_t i = 0; i < std::min(gray.size(), depth.size()); ++i) {
-      CameraFrame frame;
-      frame.utime = {static_cast<int64_t>(i) * 33333};
-      frame.seq = static_cast<int64_t>(i) + 1;
-      frame.left = {gray[i].data, gray[i].cols, gray[i].rows, static_cast<int>(gray[i].step),
-                    PixelFormat::kGray8};
-      frame.depth = {depth[i].data, depth[i].cols, depth[i].rows, static_cast<int>(depth[i].step),
-                     PixelFormat::kDepth16};
+    for (size_t i = 0; i < recording.size(); ++i) {
+      const CameraFrame frame = recording.Frame(i);
       double start = ThreadSeconds();
       benchmark::DoNotOptimize(tracker.Push(frame));
       ours.push_back(ThreadSeconds() - start);
       std::vector<cv::KeyPoint> keypoints;
       cv::Mat descriptors;
       start = ThreadSeconds();
-      orb->detectAndCompute(gray[i], {}, keypoints, descriptors);
+      orb->detectAndCompute(recording.gray[i], {}, keypoints, descriptors);
       theirs.push_back(ThreadSeconds() - start);
     }
   }
@@ -98,6 +115,45 @@ void TrackingAgainstCvOrb(benchmark::State& state) {
   state.counters["ratio_median"] = Quantile(ours, 0.5) / Quantile(theirs, 0.5);
   state.counters["p99_over_median"] = Quantile(ours, 0.99) / Quantile(ours, 0.5);
 }
+// Arguments: Matching, features per image.
+void FeaturesToPose(benchmark::State& state) {
+  const Recording recording = LoadRecording();
+  if (recording.gray.empty() || recording.depth.empty()) {
+    state.SkipWithError("no recording at GW_SHARED_DIR/tum_fr1_rpy_first400");
+    return;
+  }
+  FrontendConfig config;
+  config.variant = Variant::kNone;
+  config.matching = static_cast<Matching>(state.range(0));
+  config.orb.num_features = static_cast<int>(state.range(1));
+  FeatureExtractor extractor = *FeatureExtractor::Create(config.orb, Freiburg1());
+  std::vector<double> seconds, inliers;
+  for (auto _ : state) {
+    Tracker tracker = *Tracker::Create(config, Freiburg1());
+    MapUpdate empty;
+    empty.snapshot = true;
+    tracker.Push(empty);
+    FeatureFrame features;
+    for (size_t i = 0; i < recording.size(); ++i) {
+      const CameraFrame frame = recording.Frame(i);
+      extractor.Extract(frame, &features);
+      const double start = ThreadSeconds();
+      const TrackerOutput out = tracker.Track(frame.utime, frame.seq, features);
+      const double spent = ThreadSeconds() - start;
+      if (!out.keyframe) seconds.push_back(spent);
+      inliers.push_back(out.pose.num_inliers);
+    }
+  }
+  state.counters["median_ms"] = 1e3 * Quantile(seconds, 0.5);
+  state.counters["p99_ms"] = 1e3 * Quantile(seconds, 0.99);
+  state.counters["median_inliers"] = Quantile(inliers, 0.5);
+}
+BENCHMARK(FeaturesToPose)
+    ->ArgNames({"matching", "features"})
+    ->ArgsProduct({{0, 1, 2}, {800, 2000}})
+    ->Unit(benchmark::kSecond)
+    ->Iterations(1);
+
 BENCHMARK(TrackingAgainstCvOrb)->Unit(benchmark::kSecond)->Iterations(2);
 
 }  // namespace

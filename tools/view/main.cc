@@ -137,8 +137,8 @@ int Run(Arguments arguments) {
   std::printf("http://%s%s%s:%d/\n", v6 ? "[" : "", server->address.c_str(), v6 ? "]" : "",
               (*viewer)->port());
   std::fflush(stdout);
-  (*viewer)->Run();
-  return kExitOk;
+  const auto ended = (*viewer)->Run();
+  return ended ? kExitOk : Fail(ended.error());
 }
 
 int Main(int argc, char** argv) {

@@ -1,6 +1,6 @@
 #include "tools/view/viewer.h"
 
-#include <cstdio>
+#include <algorithm>
 #include <utility>
 
 #include "common/wire/channels.h"
@@ -53,20 +53,20 @@ Result<Done> Viewer::Subscribe() {
   if (bus_ == nullptr) return Done{};
   for (const wire::Channel& channel : wire::kChannels) {
     const std::string name(channel.name);
+    // By the clock that also says how long a process has been silent.
     auto ok = bus_->Subscribe(
-        name, [this, name](auto bytes, Utime received) { live_.Take(name, bytes, received); });
+        name, [this, name](auto bytes, Utime) { live_.Take(name, bytes, clock_.Now()); });
     if (!ok) return ok;
   }
   return Done{};
 }
 
-void Viewer::Run() {
+Result<Done> Viewer::Run() {
   last_round_ = clock_.Now();
   if (bus_ != nullptr) {
     server_->Watch(bus_->fd(), [this] {
-      const auto pumped = bus_->Pump(0);
-      if (!pumped && !std::exchange(failed_, true)) {
-        std::fprintf(stderr, "gw-view: %s\n", pumped.error().message.c_str());
+      if (const auto pumped = bus_->Pump(0); !pumped) {
+        failure_ = pumped.error();
         server_->Stop();
       }
       Pass();
@@ -76,6 +76,8 @@ void Viewer::Run() {
   systemd_.Ready();
   server_->Run();
   systemd_.Stopping();
+  if (failure_) return *failure_;
+  return Done{};
 }
 
 void Viewer::Round() {

@@ -23,7 +23,8 @@ class Viewer {
                                                 process::Bus* bus, std::optional<LogPlayer> player);
 
   uint16_t port() const { return server_->port(); }
-  void Run();
+  // Until SIGINT or SIGTERM. Error kIo: the bus has failed.
+  Result<Done> Run();
 
  private:
   Viewer(const foxglove::TranslatorOptions& options, process::Bus* bus,
@@ -47,7 +48,7 @@ class Viewer {
   foxglove::RateLimit playback_rate_{Milliseconds(200)};
   OwnLoad load_;
   std::map<std::string, int64_t> messages_before_;
-  bool failed_ = false;
+  std::optional<Error> failure_;
 };
 
 }  // namespace gw::view

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "backend/core/bundle/paper_connection.h"
 #include "common/good_weights/alpha.h"
 #include "common/good_weights/quality.h"
 
@@ -14,8 +15,8 @@ bool HasDepth(const MapKeyframe& keyframe, int32_t feature_index) {
 }
 
 // Lack of quality of the edge that ends at `to`; a keyframe without an edge lacks nothing.
-double Lack(const Map& map, const MapKeyframe& to, double reference) {
-  return to.frame.previous.valid() ? 1.0 - QualityOfEdge(map, to.frame.id, reference) : 0.0;
+double Lack(const Map& map, const MapKeyframe& to, double reference, const DrWeightConfig& config) {
+  return to.frame.previous.valid() ? 1.0 - QualityOfEdge(map, to.frame.id, reference, config) : 0.0;
 }
 
 }  // namespace
@@ -34,29 +35,46 @@ int SharedCloseLandmarks(const Map& map, KeyframeId a, KeyframeId b) {
   return shared;
 }
 
-double QualityOfEdge(const Map& map, KeyframeId to, double connection_reference) {
+int Connection(const Map& map, KeyframeId a, KeyframeId b, const DrWeightConfig& config) {
+  return config.Departs(Departure::kCloseLinks) ? SharedCloseLandmarks(map, a, b)
+                                                : map.SharedLandmarks(a, b);
+}
+
+double QualityOfEdge(const Map& map, KeyframeId to, double connection_reference,
+                     const DrWeightConfig& config) {
   const MapKeyframe& keyframe = map.keyframes().at(to);
   const double shared = map.FindKeyframe(keyframe.frame.previous) == nullptr
                             ? 0
-                            : SharedCloseLandmarks(map, to, keyframe.frame.previous);
-  return EdgeQuality(shared, connection_reference, keyframe.frame.q);
+                            : Connection(map, to, keyframe.frame.previous, config);
+  const double bound = config.Departs(Departure::kImageQuality) ? keyframe.frame.q : 1.0;
+  return EdgeQuality(shared, connection_reference, bound);
 }
 
-double SmoothedLack(const Map& map, KeyframeId to, double connection_reference) {
+double SmoothedLack(const Map& map, KeyframeId to, double connection_reference,
+                    const DrWeightConfig& config) {
+  const auto lack = [&](const MapKeyframe& k) {
+    return Lack(map, k, connection_reference, config);
+  };
   const MapKeyframe* const centre = map.FindKeyframe(to);
-  double largest = Lack(map, *centre, connection_reference);
+  if (!config.Departs(Departure::kFading)) return PaperSmoothedLack(map, *centre, config, lack);
+  double largest = lack(*centre);
   for (const bool forward : {false, true}) {
     const MapKeyframe* at = centre;
     for (int hops = 1; hops <= kSmoothingHops; ++hops) {
       at = map.FindKeyframe(forward ? at->next : at->frame.previous);
       if (at == nullptr) break;
-      largest = std::max(largest, LackReaching(Lack(map, *at, connection_reference), hops));
+      largest = std::max(largest, LackReaching(lack(*at), hops));
     }
   }
   return largest;
 }
 
 double ConnectionReference(const Map& map, const DrWeightConfig& config) {
+  if (!config.Departs(Departure::kReference)) {
+    return PaperConnectionReference(map, config, [&](const MapKeyframe& k) {
+      return Connection(map, k.frame.id, k.frame.previous, config);
+    });
+  }
   std::vector<int> counts;
   for (auto it = map.keyframes().rbegin(); it != map.keyframes().rend(); ++it) {
     const MapKeyframe& keyframe = it->second;
@@ -65,7 +83,7 @@ double ConnectionReference(const Map& map, const DrWeightConfig& config) {
         previous->frame.num_tracked < config.n_trk_ref) {
       continue;
     }
-    counts.push_back(SharedCloseLandmarks(map, it->first, keyframe.frame.previous));
+    counts.push_back(Connection(map, it->first, keyframe.frame.previous, config));
     if (counts.size() == kReferenceKeyframes) break;
   }
   if (counts.size() < 3) return kInitialConnectionReference;
@@ -77,9 +95,10 @@ double ConnectionReference(const Map& map, const DrWeightConfig& config) {
 double DrEdgeScale(const Map& map, const MappingContext& context, KeyframeId to,
                    double connection_reference) {
   const MapKeyframe& keyframe = *map.FindKeyframe(to);
+  if (!DrInLocalBa(context.variant)) return 0;
   if (!keyframe.frame.dr || map.FindKeyframe(keyframe.frame.previous) == nullptr) return 0;
   if (keyframe.dr_alpha > 0) return keyframe.dr_alpha;
-  const double q = 1.0 - SmoothedLack(map, to, connection_reference);
+  const double q = 1.0 - SmoothedLack(map, to, connection_reference, context.dr_weight);
   return EdgeScale(context.variant, q, context.dr_weight);
 }
 

@@ -13,6 +13,8 @@ namespace gw::backend {
 
 // C_ij. Precondition: both are in the map.
 int SharedCloseLandmarks(const Map& map, KeyframeId a, KeyframeId b);
+// The same by the law in force: the paper counts all landmarks that both observe.
+int Connection(const Map& map, KeyframeId a, KeyframeId b, const DrWeightConfig& config);
 
 // C_ref before there is a median (Du, Peng, Vela, "Good Weights", arXiv 2509.22910, section III-C),
 // and the least that it can be.
@@ -22,16 +24,19 @@ inline constexpr int kInitialConnectionReference = 20;
 // tracked (num_tracked >= n_trk_ref, where the front-end's quality saturates); not below the
 // initial value, which also stands while there are fewer than 3 such edges. Weakly tracked
 // keyframes do not count however many they are: in a long bare corridor C_ref stays what good
-// tracking gave before it.
+// tracking gave before it. By the paper's law: PaperConnectionReference.
 inline constexpr size_t kReferenceKeyframes = 20;
 double ConnectionReference(const Map& map, const DrWeightConfig& config);
 
 // Q_ij of the edge that ends at `to` (from its `previous`). Precondition: `to` is in the map.
-double QualityOfEdge(const Map& map, KeyframeId to, double connection_reference);
+double QualityOfEdge(const Map& map, KeyframeId to, double connection_reference,
+                     const DrWeightConfig& config);
 
 // 1 - Q_ij of the edge that ends at `to`, or what reaches it of the lack of its neighbours if that
-// is more (LackReaching). An edge that does not exist lacks nothing.
-double SmoothedLack(const Map& map, KeyframeId to, double connection_reference);
+// is more (LackReaching); by the paper's law their mean (PaperSmoothedLack). An edge that does not
+// exist lacks nothing.
+double SmoothedLack(const Map& map, KeyframeId to, double connection_reference,
+                    const DrWeightConfig& config);
 
 // alpha of the edge that ends at `to`, for whoever works on the whole map: what local bundle
 // adjustment left on it, or that of its smoothed quality where it has not been yet. 0: the edge

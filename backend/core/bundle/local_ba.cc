@@ -123,13 +123,14 @@ bool SolveWindow(const LocalBaJob& job, const StopCondition& stop, State& state,
     costs.scale_prior.emplace(job.dr_scale_sigma);
     solver.AddCost(&*costs.scale_prior, nullptr, {scale});
   }
+  ceres::LossFunction* const dr_loss = job.robust_dr ? &costs.loss : nullptr;
   for (const auto& edge : job.dr_edges) {
     if (scale >= 0) {
       costs.scaled.emplace_back(edge.T_FromTo, edge.lever, edge.sqrt_information);
-      solver.AddCost(&costs.scaled.back(), &costs.loss, {edge.from, edge.to, scale});
+      solver.AddCost(&costs.scaled.back(), dr_loss, {edge.from, edge.to, scale});
     } else {
       costs.relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
-      solver.AddCost(&costs.relative.back(), &costs.loss, {edge.from, edge.to});
+      solver.AddCost(&costs.relative.back(), dr_loss, {edge.from, edge.to});
     }
   }
   std::vector<WindowSolver::Sight> sights;
@@ -188,16 +189,17 @@ bool SolveWhole(const LocalBaJob& job, const ceres::Manifold& manifold, const St
     }
     ordering->AddElementToGroup(point, 0);
   }
+  ceres::LossFunction* const dr_loss = job.robust_dr ? &costs.loss : nullptr;
   for (const auto& edge : job.dr_edges) {
     double* from = state.poses[edge.from].data();
     double* to = state.poses[edge.to].data();
     if (job.dr_scale_sigma > 0) {
       costs.scaled.emplace_back(edge.T_FromTo, edge.lever, edge.sqrt_information);
-      problem.AddResidualBlock(&costs.scaled.back(), &costs.loss, from, to,
+      problem.AddResidualBlock(&costs.scaled.back(), dr_loss, from, to,
                                state.dr_scale_error.data());
     } else {
       costs.relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
-      problem.AddResidualBlock(&costs.relative.back(), &costs.loss, from, to);
+      problem.AddResidualBlock(&costs.relative.back(), dr_loss, from, to);
     }
   }
   if (!costs.scaled.empty()) {
@@ -255,7 +257,7 @@ double Cost(const LocalBaJob& job, const State& state) {
     const SE3 T_FromTo = edge.T_FromTo * SE3::Exp(edge.lever * state.dr_scale_error);
     const double squared =
         (edge.sqrt_information * (T_FromTo.inverse() * T_ab).Log()).squaredNorm();
-    cost += CauchyCost(squared, kDrRadius2);
+    cost += job.robust_dr ? CauchyCost(squared, kDrRadius2) : squared;
   }
   if (job.dr_scale_sigma > 0) {
     cost += (state.dr_scale_error / job.dr_scale_sigma).squaredNorm();

@@ -46,6 +46,7 @@ struct LocalBaJob {
   KeyframeId newest;     // of that map
   // Prior of the errors that all ways, and all turns, of DR have in common; 0: they have none.
   double dr_scale_sigma = 0;
+  bool robust_dr = true;  // DR edges have Cauchy's loss; else plain squares, as in the paper
   RectifiedCamera camera;
   int iterations = 10;               // per pass
   double function_tolerance = 1e-4;  // relative change of the cost at which a pass ends early

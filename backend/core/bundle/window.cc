@@ -5,6 +5,7 @@
 #include <set>
 
 #include "backend/core/bundle/connection.h"
+#include "backend/core/bundle/good_graph.h"
 #include "backend/core/map/seen_landmarks.h"
 #include "common/core/covariance.h"
 #include "common/good_weights/alpha.h"
@@ -27,8 +28,10 @@ constexpr double kGlobalTolerance = 1e-6;
 constexpr double kDrScaleSigma = 0.01;
 constexpr int kFewestNeighbours = 3;  // taken even below the covisibility threshold
 
-// The covisible part: the newest keyframe and its best neighbours.
+// The covisible part: the newest keyframe and its best neighbours, those that share most or those
+// that keep the problem best conditioned.
 std::set<KeyframeId> CovisibleWindow(const Map& map, const MappingContext& context) {
+  if (context.config.local_ba == LocalWindow::kGoodGraph) return GoodGraphWindow(map, context);
   std::set<KeyframeId> window{map.newest_keyframe()};
   for (const auto& [id, shared] : map.Neighbours(map.newest_keyframe(), 1)) {
     const int size = static_cast<int>(window.size());
@@ -39,11 +42,12 @@ std::set<KeyframeId> CovisibleWindow(const Map& map, const MappingContext& conte
   return window;
 }
 
-void AddPredecessors(const Map& map, double reference, std::set<KeyframeId>& window) {
+void AddPredecessors(const Map& map, const MappingContext& context, double reference,
+                     std::set<KeyframeId>& window) {
   const MapKeyframe* at = map.FindKeyframe(map.newest_keyframe());
   for (int step = 0; step < kTemporalWhileWeak; ++step) {
     if (!at->frame.dr) return;
-    const bool weak = SmoothedLack(map, at->frame.id, reference) >= kWeakLack;
+    const bool weak = SmoothedLack(map, at->frame.id, reference, context.dr_weight) >= kWeakLack;
     if (step >= kTemporalAlways && !weak) return;
     at = map.FindKeyframe(at->frame.previous);
     if (at == nullptr) return;
@@ -115,7 +119,7 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
   const bool use_dr = DrInLocalBa(context.variant);
   std::set<KeyframeId> window = CovisibleWindow(map, context);
   const double reference = ConnectionReference(map, context.dr_weight);
-  if (use_dr) AddPredecessors(map, reference, window);
+  if (use_dr) AddPredecessors(map, context, reference, window);
 
   const std::vector<LandmarkId> landmarks = SeenLandmarks(map, window);
   std::map<KeyframeId, bool> fixed;  // every keyframe of the job
@@ -127,12 +131,12 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
   for (const KeyframeId id : window) {
     if (!use_dr) break;
     const MapKeyframe& keyframe = *map.FindKeyframe(id);
-    if (keyframe.frame.dr && SmoothedLack(map, id, reference) >= kWeakLack) {
+    if (keyframe.frame.dr && SmoothedLack(map, id, reference, context.dr_weight) >= kWeakLack) {
       fixed.try_emplace(keyframe.frame.previous, true);
     }
     const MapKeyframe* next = map.FindKeyframe(keyframe.next);
     if (next != nullptr && next->frame.dr &&
-        SmoothedLack(map, next->frame.id, reference) >= kWeakLack) {
+        SmoothedLack(map, next->frame.id, reference, context.dr_weight) >= kWeakLack) {
       fixed.try_emplace(keyframe.next, true);
     }
   }
@@ -153,16 +157,18 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
 
   AddObservations(map, context, landmarks, index, job);
   if (!use_dr) return job;
+  job.robust_dr = context.dr_weight.Departs(Departure::kEdgeLoss);
   for (const auto& [id, is_fixed] : fixed) {
     const MapKeyframe& keyframe = *map.FindKeyframe(id);
     const auto from = index.find(keyframe.frame.previous);
     if (!keyframe.frame.dr || from == index.end()) continue;
     if (is_fixed && job.keyframes[from->second].fixed) continue;
-    const double q = 1.0 - SmoothedLack(map, id, reference);
+    const double q = 1.0 - SmoothedLack(map, id, reference, context.dr_weight);
     const double alpha = EdgeScale(context.variant, q, context.dr_weight);
     if (!(alpha > 0)) continue;
     const DrMotion motion = MotionTo(context, keyframe);
-    AddDrEdge(keyframe, motion, EdgeCovariance(motion, alpha, context.variant), alpha, index, job);
+    AddDrEdge(keyframe, motion, EdgeCovariance(motion, alpha, context.variant, context.dr_weight),
+              alpha, index, job);
   }
   return job;
 }
@@ -175,7 +181,7 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
   job.camera = context.camera;
   job.iterations = kGlobalIterations;
   job.function_tolerance = kGlobalTolerance;
-  job.settle_landmarks = true;
+  job.settle_landmarks = context.dr_weight.Departs(Departure::kSettle);
   Index index;
   for (const auto& [id, keyframe] : map.keyframes()) {
     index[id] = static_cast<int32_t>(job.keyframes.size());
@@ -183,7 +189,10 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
   }
   AddObservations(map, context, map.SortedLandmarkIds(), index, job);
   if (!DrInGlobalBa(context.variant)) return job;
-  if (AdaptsAlpha(context.variant)) job.dr_scale_sigma = kDrScaleSigma;
+  job.robust_dr = context.dr_weight.Departs(Departure::kEdgeLoss);
+  if (AdaptsAlpha(context.variant) && context.dr_weight.Departs(Departure::kScales)) {
+    job.dr_scale_sigma = kDrScaleSigma;
+  }
   const double reference = ConnectionReference(map, context.dr_weight);
   for (const auto& [id, keyframe] : map.keyframes()) {
     const double alpha = DrEdgeScale(map, context, id, reference);

@@ -164,13 +164,16 @@ LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
           {from, to, map.FindKeyframe(other)->frame.T_WC.inverse() * keyframe.frame.T_WC,
            VisualSqrtInformation(ties.size()), LoopAcross(job.loops, index, from, to)});
     }
-    const double alpha = DrEdgeScale(map, context, id, reference);
+    const double alpha = context.dr_weight.Departs(Departure::kPoseGraph)
+                             ? DrEdgeScale(map, context, id, reference)
+                             : 0.0;
     if (alpha > 0) {
       const DrMotion motion =
           CameraMotion(*keyframe.frame.dr, context.camera.T_BC, context.dr_weight);
       job.graph.edges.push_back(
           {index.at(keyframe.frame.previous), to, motion.T_CaCb,
-           SqrtInformation(LoopEdgeCovariance(motion, alpha, context.variant)), -1});
+           SqrtInformation(LoopEdgeCovariance(motion, alpha, context.variant, context.dr_weight)),
+           -1});
     } else if (ties.empty() && to > 0) {
       job.graph.edges.push_back({to - 1, to,
                                  job.graph.nodes[to - 1].T_WC.inverse() * keyframe.frame.T_WC,

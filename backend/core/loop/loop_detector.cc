@@ -140,7 +140,9 @@ std::optional<Loop> DetectLoop(const Map& map, const MappingContext& context,
   if (related.size() == map.keyframes().size()) return std::nullopt;
   std::vector<KeyframeId> candidates;
   AddByLook(map, places, related, candidates);
-  AddByDr(map, context, related, candidates);
+  const bool use_dr =
+      DrInLocalBa(context.variant) && context.dr_weight.Departs(Departure::kLoopTest);
+  if (use_dr) AddByDr(map, context, related, candidates);
   for (const KeyframeId candidate : candidates) {
     ++counters.candidates;
     std::vector<KeyframeId> group = PlaceGroup(map, candidate);
@@ -160,7 +162,7 @@ std::optional<Loop> DetectLoop(const Map& map, const MappingContext& context,
     loop.T_OlderNewer = map.FindKeyframe(candidate)->frame.T_WC.inverse() * fit->T_WC;
     loop.matches = fit->matches;
     loop.sqrt_information = SqrtInformation(cov);
-    const auto chain = ChainDr(map, context, loop.older, loop.newer);
+    const auto chain = use_dr ? ChainDr(map, context, loop.older, loop.newer) : std::nullopt;
     if (chain && DrContradiction(*chain, loop.T_OlderNewer, cov) > kDrGate) {
       ++counters.refused_by_dr;
       continue;

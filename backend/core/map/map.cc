@@ -61,14 +61,13 @@ MapKeyframe* Map::MutableKeyframe(KeyframeId id) {
 }
 
 const Landmark* Map::FindLandmark(LandmarkId id) const {
-  const auto it = landmarks_.find(id.value);
-  return it == landmarks_.end() ? nullptr : &it->second;
+  return landmarks_.Find(id.value);
 }
 
 std::vector<LandmarkId> Map::SortedLandmarkIds() const {
   std::vector<LandmarkId> ids;
   ids.reserve(landmarks_.size());
-  for (const auto& [id, landmark] : landmarks_) ids.push_back({id});
+  landmarks_.ForEach([&](int64_t id, const Landmark&) { ids.push_back({id}); });
   std::sort(ids.begin(), ids.end());
   return ids;
 }
@@ -77,7 +76,7 @@ LandmarkId Map::Resolve(LandmarkId id) const {
   // A chain of merges is no longer than the history, and it cannot hold a circle: an id leaves the
   // history when it comes back to life.
   for (size_t step = 0; step <= merged_into_.size(); ++step) {
-    if (landmarks_.contains(id.value)) return id;
+    if (landmarks_.Contains(id.value)) return id;
     const auto it = merged_into_.find(id);
     if (it == merged_into_.end()) return {};
     id = it->second;
@@ -178,26 +177,26 @@ void Map::SetPose(KeyframeId id, const SE3& T_WC) {
 }
 
 Landmark& Map::AddLandmark(LandmarkId id) {
-  const auto [it, inserted] = landmarks_.try_emplace(id.value);
+  const auto [landmark, inserted] = landmarks_.Insert(id.value);
   GW_CHECK(inserted);
-  it->second.id = id;
+  landmark->id = id;
   merged_into_.erase(id);
   changes_.landmarks.push_back(id);
-  return it->second;
+  return *landmark;
 }
 
 Landmark& Map::MutableLandmark(LandmarkId id) {
-  const auto it = landmarks_.find(id.value);
-  GW_CHECK(it != landmarks_.end());
+  Landmark* landmark = landmarks_.Find(id.value);
+  GW_CHECK(landmark != nullptr);
   changes_.landmarks.push_back(id);
-  return it->second;
+  return *landmark;
 }
 
 bool Map::AddObservation(LandmarkId id, const Observation& observation) {
-  const auto it = landmarks_.find(id.value);
-  GW_CHECK(it != landmarks_.end());
-  if (!Link(it->second, observation)) return false;
-  Share(it->second, observation.keyframe, 1);
+  Landmark* landmark = landmarks_.Find(id.value);
+  GW_CHECK(landmark != nullptr);
+  if (!Link(*landmark, observation)) return false;
+  Share(*landmark, observation.keyframe, 1);
   changes_.landmarks.push_back(id);
   return true;
 }
@@ -226,11 +225,10 @@ void Map::RemoveLandmark(LandmarkId id) {
 }
 
 void Map::EraseLandmark(LandmarkId id) {
-  const auto it = landmarks_.find(id.value);
-  if (it == landmarks_.end()) return;
-  Landmark& landmark = it->second;
-  while (!landmark.observations.empty()) Unlink(landmark, landmark.observations.size() - 1);
-  landmarks_.erase(it);
+  Landmark* landmark = landmarks_.Find(id.value);
+  if (landmark == nullptr) return;
+  while (!landmark->observations.empty()) Unlink(*landmark, landmark->observations.size() - 1);
+  landmarks_.Erase(id.value);
 }
 
 void Map::RemoveKeyframe(KeyframeId id, KeyframeId parent) {

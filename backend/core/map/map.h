@@ -12,11 +12,11 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "common/contract/map.h"
+#include "common/core/id_table.h"
 #include "common/vision/feature_grid.h"
 
 namespace gw::backend {
@@ -127,7 +127,7 @@ class Map {
   bool TakeDrWeight(const DrEdgeWeight& edge);
 
   std::map<KeyframeId, MapKeyframe> keyframes_;
-  std::unordered_map<int64_t, Landmark> landmarks_;  // looked up, never iterated unsorted
+  IdTable<Landmark> landmarks_;  // by LandmarkId::value; iterated where order does not matter
   // Bounded histories: the entries with the oldest ids go first.
   std::map<LandmarkId, LandmarkId> merged_into_;
   std::map<KeyframeId, KeyframeRemoval> removals_;

@@ -1,6 +1,7 @@
 // What a map tells and takes as one MapUpdate; its hash.
 #include <algorithm>
 #include <string_view>
+#include <unordered_map>
 
 #include "backend/core/map/keyframe_check.h"
 #include "backend/core/map/map.h"
@@ -75,19 +76,19 @@ bool Map::IsUsable(const LandmarkUpdate& update) const {
 }
 
 void Map::DropUnlistedObservations(const LandmarkUpdate& update) {
-  const auto it = landmarks_.find(update.id.value);
-  if (it == landmarks_.end() || !IsUsable(update)) return;
-  std::vector<Observation>& present = it->second.observations;
+  Landmark* landmark = landmarks_.Find(update.id.value);
+  if (landmark == nullptr || !IsUsable(update)) return;
+  std::vector<Observation>& present = landmark->observations;
   for (size_t i = present.size(); i-- > 0;) {
     if (Lists(update.observations, present[i])) continue;
-    Unlink(it->second, i);
+    Unlink(*landmark, i);
   }
 }
 
 bool Map::TakeLandmark(const LandmarkUpdate& update, bool snapshot) {
   if (!IsUsable(update)) return false;
   merged_into_.erase(update.id);
-  Landmark& landmark = landmarks_[update.id.value];
+  Landmark& landmark = *landmarks_.Insert(update.id.value).first;
   landmark.id = update.id;
   for (const Observation& observation : update.observations) {
     // Those that stay are not touched: most updates only move the point.
@@ -148,14 +149,14 @@ void Map::CountCovisibility() {
   // keyframe where those after it stand.
   std::vector<size_t> observers;
   std::vector<std::vector<std::pair<size_t, size_t>>> others(keyframes.size());
-  for (const auto& [id, landmark] : landmarks_) {
+  landmarks_.ForEach([&](int64_t, const Landmark& landmark) {
     const size_t end = observers.size() + landmark.observations.size();
     for (const Observation& observation : landmark.observations) {
       const size_t observer = rank.at(observation.keyframe.value);
       observers.push_back(observer);
       others[observer].push_back({observers.size(), end});
     }
-  }
+  });
   std::vector<int32_t> shared(keyframes.size());
   for (size_t a = 0; a < keyframes.size(); ++a) {
     for (const auto& [begin, end] : others[a]) {
@@ -242,7 +243,7 @@ MapUpdate Map::Snapshot() const {
   }
   for (const auto& [id, removal] : removals_) out.removed_keyframes.push_back(removal);
   for (const LandmarkId id : SortedLandmarkIds()) {
-    out.landmarks.push_back(landmarks_.at(id.value));
+    out.landmarks.push_back(*FindLandmark(id));
   }
   for (const auto& [from, into] : merged_into_) out.merged_landmarks.push_back({from, into});
   return out;
@@ -275,7 +276,7 @@ uint64_t Map::Hash() const {
     }
   }
   for (const LandmarkId id : SortedLandmarkIds()) {
-    const Landmark& landmark = landmarks_.at(id.value);
+    const Landmark& landmark = *FindLandmark(id);
     h.Add(id.value);
     h.Add(landmark.p_W);
     h.Add(landmark.normal_W);

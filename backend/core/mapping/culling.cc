@@ -64,11 +64,13 @@ bool IsRedundant(const Map& map, const MappingContext& context, const MapKeyfram
 }
 
 // True when one DR edge of the keyframe is weak in vision and the other is not.
-bool JoinsUnequalEdges(const Map& map, const MapKeyframe& keyframe, double reference) {
+bool JoinsUnequalEdges(const Map& map, const MappingContext& context, const MapKeyframe& keyframe,
+                       double reference) {
+  if (!DrInLocalBa(context.variant)) return false;
   const MapKeyframe* next = map.FindKeyframe(keyframe.next);
   if (!keyframe.frame.dr || next == nullptr || !next->frame.dr) return false;
   const auto weak = [&](const MapKeyframe& to) {
-    return 1.0 - QualityOfEdge(map, to.frame.id, reference) >= kWeakLack;
+    return 1.0 - QualityOfEdge(map, to.frame.id, reference, context.dr_weight) >= kWeakLack;
   };
   return weak(keyframe) != weak(*next);
 }
@@ -125,7 +127,7 @@ int CullRedundantKeyframes(Map& map, const MappingContext& context) {
   for (const KeyframeId id : candidates) {
     const MapKeyframe& keyframe = *map.FindKeyframe(id);
     if (!IsRedundant(map, context, keyframe)) continue;
-    if (JoinsUnequalEdges(map, keyframe, reference)) continue;
+    if (JoinsUnequalEdges(map, context, keyframe, reference)) continue;
     RemoveRedundant(map, context, id);
     ++culled;
   }

@@ -100,6 +100,13 @@ struct PlaceIndex::Lookup {
   std::vector<Entry> alike;  // entries that share a group and resemble the feature in their sketch
 };
 
+// The newest feature of the query, and of the slot, that were put together: what agrees in several
+// groups is compared once.
+struct PlaceIndex::Pairing {
+  uint32_t query = 0xFFFFFFFF;
+  uint32_t feature = 0;
+};
+
 void PlaceIndex::FetchBuckets(const Descriptor& descriptor, Lookup& lookup) const {
   lookup.groups = Groups(descriptor);
   for (int table = 0; table < kTables; ++table) {
@@ -114,12 +121,16 @@ void PlaceIndex::FetchEntries(const Lookup& lookup) const {
   }
 }
 
-void PlaceIndex::FetchDescriptors(Lookup& lookup) const {
+void PlaceIndex::FetchDescriptors(uint32_t query, Lookup& lookup,
+                                  std::vector<Pairing>& pairings) const {
   lookup.alike.clear();
   for (int table = 0; table < kTables; ++table) {
     const uint16_t sketch = SketchFor(lookup.groups, table);
     for (const Entry& entry : Bucket(table, lookup.groups[table])) {
       if (__builtin_popcount(entry.sketch ^ sketch) > kMaxSketchDistance) continue;
+      Pairing& pairing = pairings[entry.slot];
+      if (pairing.query == query && pairing.feature == entry.feature) continue;
+      pairing = {query, entry.feature};
       lookup.alike.push_back(entry);
       __builtin_prefetch(slots_[entry.slot].descriptors.data() + entry.feature);
     }
@@ -155,12 +166,15 @@ std::vector<PlaceScore> PlaceIndex::Query(const std::vector<Descriptor>& descrip
     }
   };
 
+  std::vector<Pairing> pairings(slots_.size());
   std::array<Lookup, 4> lookups;  // of four features in a row, each one step behind the next
   const size_t n = descriptors.size();
   for (size_t i = 0; i < n + 3; ++i) {
     if (i < n) FetchBuckets(descriptors[i], lookups[i % 4]);
     if (i >= 1 && i - 1 < n) FetchEntries(lookups[(i - 1) % 4]);
-    if (i >= 2 && i - 2 < n) FetchDescriptors(lookups[(i - 2) % 4]);
+    if (i >= 2 && i - 2 < n) {
+      FetchDescriptors(static_cast<uint32_t>(i - 2), lookups[(i - 2) % 4], pairings);
+    }
     if (i >= 3) compare(i - 3, lookups[(i - 3) % 4]);
   }
 

@@ -75,9 +75,10 @@ class PlaceIndex {
 
   // The steps of a query, see Query().
   struct Lookup;
+  struct Pairing;
   void FetchBuckets(const Descriptor& descriptor, Lookup& lookup) const;
   void FetchEntries(const Lookup& lookup) const;
-  void FetchDescriptors(Lookup& lookup) const;
+  void FetchDescriptors(uint32_t query, Lookup& lookup, std::vector<Pairing>& pairings) const;
 
   std::map<KeyframeId, uint32_t> blocks_;  // slot of each keyframe
   std::vector<Block> slots_;

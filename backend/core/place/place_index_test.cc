@@ -42,6 +42,19 @@ TEST(PlaceIndex, FindsThePlaceAgainThroughNoise) {
   }
 }
 
+// Features go through the index in steps, several at a time: none is left out, however few.
+TEST(PlaceIndex, EveryFeatureOfAShortQueryIsAnswered) {
+  const PlaceIndex index = IndexOf(20);
+  for (int n = 1; n <= 6; ++n) {
+    std::vector<Descriptor> query = Sight(7, 1, 2);
+    query.resize(static_cast<size_t>(n));
+    const auto found = index.Query(query);
+    ASSERT_EQ(found.size(), 1u) << n;
+    EXPECT_EQ(found[0].keyframe.value, 7);
+    EXPECT_EQ(found[0].num_matches, n);
+  }
+}
+
 TEST(PlaceIndex, AnUnknownPlaceScoresNothing) {
   const PlaceIndex index = IndexOf(50);
   for (const PlaceScore& s : index.Query(Sight(99, 0, 0))) EXPECT_LT(s.score, 0.05);

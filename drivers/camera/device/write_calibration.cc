@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/camera/depth_noise.h"
 #include "common/config/writer.h"
 
 namespace gw::camera {
@@ -25,7 +26,9 @@ RobotConfig WithCalibration(RobotConfig config, const DepthCalibration& calibrat
     camera.T_C0C1 = SE3(Eigen::Quaterniond::Identity(), {calibration.baseline_m, 0, 0});
   } else {
     camera.depth_unit_m = kDepthUnitM;
-    camera.depth_baseline_m = calibration.baseline_m;
+    const double fx = calibration.camera.fx;
+    camera.depth_baseline_m =
+        VirtualBaseline(kD400DisparitySigmaPx / (fx * calibration.baseline_m), fx);
   }
   return config;
 }

@@ -97,7 +97,7 @@ void OrbExtractor::Extract(const ImageView& image, const ImageBuffer* valid,
     const ImageBuffer& pixels = pyramid_.level(level);
     spread_.Select(pixels.width, pixels.height, share[l], &corners_[l], &selected_);
     for (const Corner& c : selected_) {
-      if (CornerRatio(pixels, c.x, c.y) < kMinCornerRatio) continue;
+      if (config_.corners_only && CornerRatio(pixels, c.x, c.y) < kMinCornerRatio) continue;
       OrbKeypoint k;
       k.level = static_cast<uint8_t>(l);
       k.score = c.score;

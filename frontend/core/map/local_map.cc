@@ -20,7 +20,7 @@ void LocalMap::AddKeyframe(const Keyframe& keyframe) {
     if (id.creator() == keyframe.id) {
       const Feature& f = keyframe.features[i];
       const Eigen::Vector3d p_C = camera_.Unproject(f.u, f.v, f.depth);
-      MapPoint& point = points_[id.value];
+      MapPoint& point = *points_.Insert(id.value).first;
       point.id = id;
       point.p_W = keyframe.T_WC * p_C;
       point.normal_W = (point.p_W - keyframe.T_WC.translation()).normalized();
@@ -29,15 +29,15 @@ void LocalMap::AddKeyframe(const Keyframe& keyframe) {
       point.min_distance = static_cast<float>(pyramid_.MinDistance(max_distance));
       point.descriptor = keyframe.descriptors[i];
       point.observers = {keyframe.id};
-    } else if (const auto it = points_.find(id.value); it != points_.end()) {
-      std::vector<KeyframeId>& observers = it->second.observers;
+    } else if (MapPoint* known = points_.Find(id.value)) {
+      std::vector<KeyframeId>& observers = known->observers;
       if (observers.empty() || observers.back() < keyframe.id) observers.push_back(keyframe.id);
     }
   }
 }
 
 void LocalMap::Upsert(const LandmarkUpdate& update) {
-  MapPoint& point = points_[update.id.value];
+  MapPoint& point = *points_.Insert(update.id.value).first;
   point.id = update.id;
   point.p_W = update.p_W;
   point.normal_W = update.normal_W;
@@ -70,10 +70,10 @@ void LocalMap::MovePending(const MapUpdate& update, const std::map<KeyframeId, S
     it->second.T_WC = T_correction * it->second.T_WC;
     for (const LandmarkId id : it->second.landmarks) {
       if (id.creator() != it->first) continue;
-      const auto point = points_.find(id.value);
-      if (point == points_.end()) continue;
-      point->second.p_W = T_correction * point->second.p_W;
-      point->second.normal_W = T_correction.rotation() * point->second.normal_W;
+      MapPoint* point = points_.Find(id.value);
+      if (point == nullptr) continue;
+      point->p_W = T_correction * point->p_W;
+      point->normal_W = T_correction.rotation() * point->normal_W;
     }
   }
 }
@@ -89,9 +89,11 @@ bool LocalMap::Apply(const MapUpdate& update) {
     for (auto it = keyframes_.begin(); it != keyframes_.end();) {
       it = it->first <= update.newest_keyframe ? keyframes_.erase(it) : std::next(it);
     }
-    std::erase_if(points_, [&](const auto& entry) {
-      return LandmarkId{entry.first}.creator() <= update.newest_keyframe;
+    std::vector<int64_t> known;
+    points_.ForEach([&](int64_t id, const MapPoint&) {
+      if (LandmarkId{id}.creator() <= update.newest_keyframe) known.push_back(id);
     });
+    for (const int64_t id : known) points_.Erase(id);
   }
   for (const KeyframeUpdate& k : update.keyframes) {
     ReplicaKeyframe& entry = keyframes_[k.id];
@@ -101,16 +103,15 @@ bool LocalMap::Apply(const MapUpdate& update) {
   }
   if (!update.snapshot) MovePending(update, poses_before);
   for (const LandmarkUpdate& l : update.landmarks) Upsert(l);
-  for (const LandmarkMerge& m : update.merged_landmarks) points_.erase(m.from.value);
-  for (const LandmarkId id : update.removed_landmarks) points_.erase(id.value);
+  for (const LandmarkMerge& m : update.merged_landmarks) points_.Erase(m.from.value);
+  for (const LandmarkId id : update.removed_landmarks) points_.Erase(id.value);
   for (const KeyframeRemoval& k : update.removed_keyframes) keyframes_.erase(k.id);
   revision_ = update.revision;
   return true;
 }
 
 const MapPoint* LocalMap::Find(LandmarkId id) const {
-  const auto it = points_.find(id.value);
-  return it == points_.end() ? nullptr : &it->second;
+  return points_.Find(id.value);
 }
 
 int LocalMap::NumLandmarks(KeyframeId id) const {
@@ -161,11 +162,11 @@ void LocalMap::CollectAround(const std::vector<LandmarkId>& tracked, KeyframeId 
 void LocalMap::AppendLandmarksOf(KeyframeId id, std::vector<const MapPoint*>* points) {
   // Forget landmarks that are gone while we walk over them.
   std::erase_if(keyframes_[id].landmarks, [&](LandmarkId landmark) {
-    const auto it = points_.find(landmark.value);
-    if (it == points_.end()) return true;
-    if (it->second.visit != visit_) {
-      it->second.visit = visit_;
-      points->push_back(&it->second);
+    MapPoint* point = points_.Find(landmark.value);
+    if (point == nullptr) return true;
+    if (point->visit != visit_) {
+      point->visit = visit_;
+      points->push_back(point);
     }
     return false;
   });

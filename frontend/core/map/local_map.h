@@ -5,11 +5,11 @@
 
 #include <map>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "common/camera/camera_model.h"
 #include "common/contract/map.h"
+#include "common/core/id_table.h"
 #include "common/vision/pyramid.h"
 
 namespace gw::frontend {
@@ -79,8 +79,7 @@ class LocalMap {
   int64_t revision_ = 0;
   uint64_t visit_ = 0;
   std::map<KeyframeId, ReplicaKeyframe> keyframes_;
-  std::unordered_map<int64_t, MapPoint>
-      points_;  // by LandmarkId::value; never iterated for results
+  IdTable<MapPoint> points_;  // by LandmarkId::value
 };
 
 }  // namespace gw::frontend

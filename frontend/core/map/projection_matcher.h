@@ -36,10 +36,11 @@ class ProjectionMatcher {
             const SearchableImage& image, const MatcherLimits& limits,
             std::vector<int>* match) const;
 
- private:
+  // Where the image should show the candidate; empty when it should not. T_CW = inv(T_WC).
   std::optional<Projection> Expect(const Candidate& candidate, const SE3& T_WC,
                                    const SE3& T_CW) const;
 
+ private:
   RectifiedCamera camera_;
   Pyramid pyramid_;
 };

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/covariance.h"
 #include "common/good_weights/camera_motion.h"
 #include "common/good_weights/covariance.h"
 
@@ -37,19 +38,31 @@ std::optional<MotionModel::Calibrated> MotionModel::DrBetween(Utime a, Utime b) 
   return Calibrated{*told, calibration_.Corrected(told->T_BaBb, dr_.newest()), noise};
 }
 
+// The noise of DR as it enters: what it has shown, or what it says itself.
+DrNoise MotionModel::Shown(const DrNoise& claimed) const {
+  return dr_weight_.Departs(Departure::kTrust) ? trust_.Shown(claimed) : claimed;
+}
+
+// Sigma_d of the prior of an image, before alpha.
+Matrix6d MotionModel::WeightCovariance(const Matrix6d& nominal, const Matrix6d& shown) const {
+  if (dr_weight_.Departs(Departure::kKnownNoise)) return trust_.Weighted(nominal, shown);
+  if (dr_weight_.Departs(Departure::kReportedNoise)) return LargerCovariance(nominal, shown);
+  return nominal;
+}
+
 Motion MotionModel::Between(Utime a, Utime b) const {
   Motion out;
   const DurationUs dt = b - a;
-  const bool contradicted = !trust_.trusted() && observed_ == a;
+  const bool contradicted = !dr_trusted() && observed_ == a;
   if (DrPredicts(variant_) && !contradicted) {
     if (const auto dr = DrBetween(a, b)) {
       out.T_BaBb_dr = dr->told.T_BaBb;
       out.T_ab = InCamera(dr->T_BaBb, T_BC_);
-      out.noise = InCamera(trust_.Shown(dr->noise), T_BC_);
+      out.noise = InCamera(Shown(dr->noise), T_BC_);
       const Matrix6d nominal = NominalCovariance(dt, dr_weight_);
       // A source that does not tell its noise has the nominal one.
       if (out.noise.Covariance().isZero(0)) out.noise.white = nominal;
-      out.weight_cov = trust_.Weighted(nominal, out.noise.Covariance());
+      out.weight_cov = WeightCovariance(nominal, out.noise.Covariance());
       out.from_dr = true;
       out.slip = dr->told.slip;
       return out;
@@ -93,12 +106,12 @@ std::optional<SE3> MotionModel::OdometryPose(Utime utime) const {
 }
 
 std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
-  if (!trust_.trusted()) return std::nullopt;
+  if (!DrInLocalBa(variant_) || !dr_trusted()) return std::nullopt;
   const auto dr = DrBetween(a, b);
   if (!dr) return std::nullopt;
   DrIncrement out = dr->told;
   out.T_BaBb = dr->T_BaBb;
-  out.cov = trust_.Shown(dr->noise).Covariance();
+  out.cov = Shown(dr->noise).Covariance();
   return out;
 }
 

@@ -32,7 +32,7 @@ class MotionModel {
       : T_BC_(camera.T_BC),
         variant_(config.variant),
         dr_weight_(config.dr_weight),
-        calibrate_dr_(config.calibrate_dr) {}
+        calibrate_dr_(config.calibrate_dr && dr_weight_.Departs(Departure::kCalibration)) {}
 
   // False: not newer than the state before, refused.
   bool Push(const DrState& state) { return dr_.Push(state); }
@@ -49,8 +49,8 @@ class MotionModel {
   // evidence of its own.
   Motion Coast(Utime a, Utime b) const;
 
-  // DR over any interval (keyframes), its scale errors taken out. Body frame. Empty also while
-  // healthy vision contradicts it.
+  // DR over any interval, its scale errors taken out, for the edge between two keyframes. Body
+  // frame. Empty also in variants without such edges, and while healthy vision contradicts it.
   std::optional<DrIncrement> Increment(Utime a, Utime b) const;
 
   // The motion of the camera as DR tells it, with the noise that it claims, whether vision agrees
@@ -83,10 +83,10 @@ class MotionModel {
   void MapMoved(const SE3& T_correction);
 
   // False while healthy vision contradicts DR.
-  bool dr_trusted() const { return trust_.trusted(); }
+  bool dr_trusted() const { return trust_.trusted() || !dr_weight_.Departs(Departure::kTrust); }
   // While it does: the constant that explains it, if one does.
   DrConstantFault dr_fault() const {
-    return trust_.trusted() ? DrConstantFault{} : disagreement_.Explain();
+    return dr_trusted() ? DrConstantFault{} : disagreement_.Explain();
   }
 
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
@@ -111,6 +111,8 @@ class MotionModel {
   };
   std::optional<Calibrated> DrBetween(Utime a, Utime b) const;
   void CompareWithVision(const Seen& seen);
+  DrNoise Shown(const DrNoise& claimed) const;
+  Matrix6d WeightCovariance(const Matrix6d& nominal, const Matrix6d& shown) const;
 
   // Healthy vision in a row, since this image.
   struct Window {

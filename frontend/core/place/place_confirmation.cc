@@ -30,7 +30,8 @@ bool InARow(DurationUs time, const SE3& motion) {
 }
 
 bool PlaceConfirmation::Contradicts(const PlaceEvidence& now) const {
-  if (!now.placed || now.relocalised || now.num_detected < kRich || !now.T_OC) return false;
+  if (!doubts_ || !now.placed || now.relocalised || now.num_detected < kRich || !now.T_OC)
+    return false;
   if (now.num_inliers >= kByChance) return false;
   if (now.other_view) return true;
   return good_ && now.num_inliers < kCollapse * good_->num_inliers &&
@@ -50,7 +51,7 @@ bool PlaceConfirmation::Observe(const PlaceEvidence& now) {
   if ((well_tracked || (vision && on_probation_)) && now.num_detected >= kRich && now.T_OC) {
     good_ = now;
   }
-  const bool patient = last_vision_ && now.utime - *last_vision_ < kPatience;
+  const bool patient = !doubts_ || (last_vision_ && now.utime - *last_vision_ < kPatience);
   unsure_ = now.map_there && !vision && (!now.placed || in_doubt() || !patient);
   if (!unsure_) hints_.clear();
   if (!unsure_ || now.num_detected < kRich || !now.T_OC) return false;

@@ -42,6 +42,10 @@ struct PlaceEvidence {
 
 class PlaceConfirmation {
  public:
+  // doubts: whether images may contradict the pose; without, only a tracker that has no pose in the
+  // map asks.
+  explicit PlaceConfirmation(bool doubts = true) : doubts_(doubts) {}
+
   static constexpr int kRich = 200;                            // features of a rich image
   static constexpr int kWellTracked = 60;                      // inliers before the break
   static constexpr int kByChance = 30;                         // fewer inliers prove nothing
@@ -79,6 +83,7 @@ class PlaceConfirmation {
   };
   static bool Agree(const Hint& a, const Hint& b);
 
+  bool doubts_;
   bool unsure_ = false;
   bool in_doubt_ = false;
   bool on_probation_ = false;  // relocalised, and not well tracked since

@@ -19,7 +19,7 @@ bool KeyframeChain::WantsNext(Utime utime, const FeatureFrame& frame, const Foun
   KeyframeEvidence e;
   e.since_last = utime - utime_;
   e.vision = found.found;
-  e.num_inliers = found.found ? found.estimate.num_inliers : 0;
+  e.num_inliers = found.found ? found.num_matchable : 0;
   e.num_mapped = num_mapped;
   std::vector<float> depths;
   for (size_t i = 0; i < frame.features.size(); ++i) {

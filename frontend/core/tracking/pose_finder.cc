@@ -24,15 +24,21 @@ constexpr float kNearRadius = 10.0F;        // px; what is near has not been see
 constexpr float kSecondStageRadius = 6.0F;  // px at level 0: the pose is known by then
 constexpr float kMaxRadius = 80.0F;         // px
 constexpr uint64_t kStream = 0x7265;        // of random draws
+constexpr MatcherLimits kSecondStageLimits{.max_distance = 80, .max_ratio = 0.85};
 
 }  // namespace
 
 PoseFinder::PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera,
                        const Pyramid& pyramid)
-    : config_(config), camera_(camera), pyramid_(pyramid), matcher_(camera, pyramid) {}
+    : config_(config),
+      camera_(camera),
+      pyramid_(pyramid),
+      matcher_(camera, pyramid),
+      good_(camera, pyramid) {}
 
-void PoseFinder::SetImage(const FeatureFrame* frame) {
+void PoseFinder::SetImage(const FeatureFrame* frame, uint64_t seed) {
   frame_ = frame;
+  seed_ = seed;
   grid_ = FeatureGrid(frame->features);
   num_close_ = static_cast<int>(std::count_if(frame->features.begin(), frame->features.end(),
                                               [](const Feature& f) { return f.has_depth(); }));
@@ -53,6 +59,11 @@ std::optional<PosePrior> PoseFinder::PriorFor(const PosePrediction& prediction,
   return PosePrior{prediction.T_WC, cov.inverse()};
 }
 
+// Matches of the first stage from which a pose is estimated.
+int PoseFinder::FewestMatches(const PosePrediction& prediction, const DrScale& scale) const {
+  return prediction.any_matches && PriorFor(prediction, scale) ? 0 : config_.min_inliers;
+}
+
 // Pose from the current associations; outliers lose their match.
 void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>& prior,
                           Association* a) const {
@@ -71,12 +82,38 @@ void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>&
   }
 }
 
+// Matches candidates, all of them or what the budget allows, and appends those that were looked for
+// to the association's. Returns how many features were matched.
+int PoseFinder::Match(const SE3& T_WC, std::vector<Candidate> candidates,
+                      const MatcherLimits& limits, int budget, Association* a) const {
+  const int first = static_cast<int>(a->candidates.size());
+  int matched = 0;
+  if (config_.matching == Matching::kAll) {
+    matched = matcher_.Match(T_WC, candidates, first, Image(), limits, &a->match);
+  } else {
+    const Choice choice{config_.matching, budget, seed_ + static_cast<uint64_t>(first),
+                        a->estimate.vision_information};
+    ChoiceResult result =
+        good_.Match(matcher_, T_WC, candidates, first, Image(), limits, choice, &a->match);
+    candidates = std::move(result.searched);
+    matched = result.matched;
+    const auto searched = static_cast<double>(candidates.size());
+    if (searched > 0) a->left_out += (result.in_view - searched) * matched / searched;
+  }
+  a->candidates.insert(a->candidates.end(), candidates.begin(), candidates.end());
+  return matched;
+}
+
 // Matches the candidates around the prediction, and estimates the pose if they are enough.
 void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) const {
   a->match.assign(frame_->features.size(), -1);
   a->outlier.assign(frame_->features.size(), 0);
   a->estimate = PoseEstimate();
-  a->num_first_stage = matcher_.Match(prediction.T_WC, a->candidates, 0, Image(), {}, &a->match);
+  a->left_out = 0;
+  // Half the budget: the rest is for what the last image did not show, without which the pose would
+  // drift away from the map.
+  a->num_first_stage =
+      Match(prediction.T_WC, std::exchange(a->candidates, {}), {}, config_.matching_budget / 2, a);
   int num_close = 0;
   for (size_t i = 0; i < a->match.size(); ++i) {
     num_close += a->match[i] >= 0 && frame_->features[i].has_depth();
@@ -84,9 +121,22 @@ void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) co
   a->quality = ImageQuality({frame_->num_detected, a->num_first_stage}, config_.dr_weight);
   a->quality_close = ImageQuality({num_close_, num_close}, config_.dr_weight);
   a->scale = PriorScale(config_.variant, a->quality, a->quality_close, config_.dr_weight);
-  if (a->num_first_stage >= config_.min_inliers) {
+  if (a->num_first_stage >= FewestMatches(prediction, a->scale)) {
     Estimate(prediction.T_WC, PriorFor(prediction, a->scale), a);
   }
+}
+
+// The other landmarks of the local map around those that are matched (sorted).
+std::vector<Candidate> PoseFinder::AroundMatched(const std::vector<LandmarkId>& ids,
+                                                 KeyframeId* reference, LocalMap* map) const {
+  std::vector<const MapPoint*> points;
+  map->CollectAround(ids, *reference, kLocalKeyframes, &points, reference);
+  std::vector<Candidate> out;
+  for (const MapPoint* point : points) {
+    if (std::binary_search(ids.begin(), ids.end(), point->id)) continue;
+    out.push_back({point, &point->descriptor, -1, kSecondStageRadius});
+  }
+  return out;
 }
 
 // Second stage: the rest of the local map, in small windows around the pose of the first.
@@ -97,18 +147,31 @@ void PoseFinder::SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeI
     if (m >= 0) ids.push_back(a->candidates[m].point->id);
   }
   std::sort(ids.begin(), ids.end());
-  std::vector<const MapPoint*> points;
-  map->CollectAround(ids, *reference, kLocalKeyframes, &points, reference);
-  std::vector<Candidate> more;
-  for (const MapPoint* point : points) {
-    if (std::binary_search(ids.begin(), ids.end(), point->id)) continue;
-    more.push_back({point, &point->descriptor, -1, kSecondStageRadius});
-  }
-  const int first = static_cast<int>(a->candidates.size());
-  a->candidates.insert(a->candidates.end(), more.begin(), more.end());
-  matcher_.Match(a->estimate.T_WC, more, first, Image(), {.max_distance = 80, .max_ratio = 0.85},
-                 &a->match);
+  Match(a->estimate.T_WC, AroundMatched(ids, reference, map), kSecondStageLimits,
+        config_.matching_budget - static_cast<int>(ids.size()), a);
   Estimate(a->estimate.T_WC, prior, a);
+}
+
+void PoseFinder::Complete(LocalMap* map, FoundPose* found) const {
+  if (config_.matching == Matching::kAll || !found->found) return;
+  std::vector<LandmarkId> ids;
+  std::vector<int> match(found->landmarks.size(), -1);
+  for (size_t i = 0; i < match.size(); ++i) {
+    if (!found->landmarks[i].valid()) continue;
+    ids.push_back(found->landmarks[i]);
+    match[i] = 0;  // taken
+  }
+  std::sort(ids.begin(), ids.end());
+  const std::vector<Candidate> candidates = AroundMatched(ids, &found->reference, map);
+  matcher_.Match(found->estimate.T_WC, candidates, 1, Image(), kSecondStageLimits, &match);
+  const SE3 T_CW = found->estimate.T_WC.inverse();
+  for (size_t i = 0; i < match.size(); ++i) {
+    if (match[i] < 1) continue;
+    const MapPoint& point = *candidates[static_cast<size_t>(match[i]) - 1].point;
+    const ObservationFit fit =
+        FitOf(camera_, PixelOf(frame_->features[i], pyramid_), T_CW * point.p_W);
+    if (fit.pixel_ok()) found->landmarks[i] = point.id;
+  }
 }
 
 FoundPose PoseFinder::Result(const Association& a, KeyframeId reference) const {
@@ -120,6 +183,7 @@ FoundPose PoseFinder::Result(const Association& a, KeyframeId reference) const {
   out.scale = a.scale;
   out.outlier = a.outlier;
   out.reference = reference;
+  out.num_matchable = a.estimate.num_inliers + static_cast<int>(a.left_out);
   out.landmarks.resize(frame_->features.size());
   for (size_t i = 0; i < a.match.size(); ++i) {
     if (a.match[i] >= 0) out.landmarks[i] = a.candidates[a.match[i]].point->id;
@@ -164,8 +228,8 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
     if (attempt == 0 || a.estimate.num_inliers > best.estimate.num_inliers) best = a;
     if (trust(best) || radius >= kMaxRadius) break;
   }
-  if (best.num_first_stage >= config_.min_inliers &&
-      best.estimate.num_inliers >= config_.min_inliers / 2) {
+  const int fewest = FewestMatches(prediction, best.scale);
+  if (best.num_first_stage >= fewest && best.estimate.num_inliers >= fewest / 2) {
     SearchLocalMap(PriorFor(prediction, best.scale), &reference, map, &best);
   }
   FoundPose out = Result(best, reference);
@@ -174,8 +238,9 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
         EffectiveScale(prediction.weight_cov,
                        ScaledCovariance(prediction.weight_cov, best.scale, prediction.honest_cov));
   }
-  const int needed = search_near ? kRelocalizedInliers : config_.min_inliers;
-  if (best.num_first_stage < config_.min_inliers) {
+  int needed = search_near ? kRelocalizedInliers : config_.min_inliers;
+  if (fewest == 0) needed = 1;
+  if (best.num_first_stage < fewest) {
     out.reason = frame_->num_detected < config_.min_inliers ? TrackingReason::kTooFewFeatures
                                                             : TrackingReason::kTooFewMatches;
   } else if (best.estimate.num_inliers < needed) {

@@ -22,6 +22,7 @@
 #include "frontend/core/features/feature_frame.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/map/projection_matcher.h"
+#include "frontend/core/tracking/good_features.h"
 
 namespace gw::frontend {
 
@@ -39,6 +40,9 @@ struct PosePrediction {
   // covariance not below honest_cov (docs/adr/0012-no-more-than-dr-knows.md). Unused without
   // has_prior.
   bool has_prior = false;
+  // The prior makes the problem well posed with any number of matches: the paper's law. Else fewer
+  // than FrontendConfig::min_inliers make no pose.
+  bool any_matches = false;
   Matrix6d weight_cov = Matrix6d::Identity();
   Matrix6d honest_cov = Matrix6d::Zero();
   bool vision_broken = false;  // no visual pose in the image before: search near the prediction
@@ -50,7 +54,9 @@ struct FoundPose {
   PoseEstimate estimate;
   std::vector<LandmarkId> landmarks;  // per feature; invalid: none, or an outlier
   std::vector<uint8_t> outlier;       // per feature: 1 when it was matched and set aside
-  int num_tracked = 0;                // N_trk: matches of the first stage
+  // Inliers, had everything been looked for that should be in sight; with a budget an estimate.
+  int num_matchable = 0;
+  int num_tracked = 0;  // N_trk: matches of the first stage
   double q = 0;
   double q_close = 0;    // quality of the features with depth
   DrScale scale;         // what the variant makes of the quality
@@ -62,12 +68,16 @@ class PoseFinder {
  public:
   PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera, const Pyramid& pyramid);
 
-  // To be called first for every image.
-  void SetImage(const FeatureFrame* frame);
+  // To be called first for every image. seed: of the choice of landmarks.
+  void SetImage(const FeatureFrame* frame, uint64_t seed);
 
   FoundPose Follow(const PosePrediction& prediction, const std::vector<TrackedPoint>& tracked,
                    KeyframeId reference, LocalMap* map);
   FoundPose FindAgain(const SE3& T_WC_near, uint64_t seed, LocalMap* map);
+
+  // Looks for the landmarks that the budget left out, around the pose that was found: an image that
+  // becomes a keyframe should show them all, or the map gets them twice. The pose stays.
+  void Complete(LocalMap* map, FoundPose* found) const;
 
  private:
   struct Association {
@@ -76,14 +86,20 @@ class PoseFinder {
     std::vector<uint8_t> outlier;  // per feature
     PoseEstimate estimate;
     int num_first_stage = 0;
+    double left_out = 0;  // matches expected of what the budget left out
     double quality = 0;
     double quality_close = 0;
     DrScale scale;
   };
 
   float SearchRadius(const Matrix6d& cov) const;
+  int FewestMatches(const PosePrediction& prediction, const DrScale& scale) const;
   std::optional<PosePrior> PriorFor(const PosePrediction& prediction, const DrScale& scale) const;
   SearchableImage Image() const { return {frame_->features, frame_->descriptors, grid_}; }
+  int Match(const SE3& T_WC, std::vector<Candidate> candidates, const MatcherLimits& limits,
+            int budget, Association* a) const;
+  std::vector<Candidate> AroundMatched(const std::vector<LandmarkId>& ids, KeyframeId* reference,
+                                       LocalMap* map) const;
   void FirstStage(const PosePrediction& prediction, Association* a) const;
   void Estimate(const SE3& T_WC_start, const std::optional<PosePrior>& prior, Association* a) const;
   void SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeId* reference, LocalMap* map,
@@ -94,8 +110,10 @@ class PoseFinder {
   RectifiedCamera camera_;
   Pyramid pyramid_;
   ProjectionMatcher matcher_;
+  GoodFeatures good_;
   FeatureGrid grid_;
   const FeatureFrame* frame_ = nullptr;
+  uint64_t seed_ = 0;
   int num_close_ = 0;  // features of the image with depth
 };
 

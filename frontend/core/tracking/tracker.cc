@@ -58,6 +58,7 @@ class Tracker::Impl {
         eyes_(camera_),
         view_(camera_),
         fixed_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
+        place_(Departs(Departure::kRecovery)),
         chain_(config) {}
 
   TrackerOutput Push(const CameraFrame& frame);
@@ -85,6 +86,7 @@ class Tracker::Impl {
     bool snapped = false;  // found from a confirmed place, and believed
   };
 
+  bool Departs(Departure d) const { return config_.dr_weight.Departs(d); }
   bool VisionBroken() const { return state_ != TrackingState::kTracking; }
   bool placed() const { return IsPlaced(state_); }
   bool map_there() const { return map_known_ && !map_.empty(); }
@@ -195,19 +197,21 @@ FoundPose Tracker::Impl::Find(const Image& image) {
   prediction.T_WC = image.T_WC_predicted;
   prediction.search_cov = motion.weight_cov;
   prediction.has_prior = motion.from_dr;
+  prediction.any_matches = !Departs(Departure::kInlierGate);
   prediction.weight_cov = motion.weight_cov;
   prediction.vision_broken = VisionBroken();
   if (prediction.vision_broken) {
-    // The mean of the prior is the drifted pose: it counts with that drift, and no more.
     prediction.search_cov += uncertainty_.cov();
-    prediction.weight_cov = prediction.search_cov;
   }
-  if (AdaptsAlpha(config_.variant)) {
-    prediction.honest_cov =
-        prediction.vision_broken ? prediction.search_cov : motion.noise.Covariance();
+  // The mean of the prior is the drifted pose: it counts with that drift, and no more.
+  const bool drifted = prediction.vision_broken && Departs(Departure::kDrift);
+  if (drifted) prediction.weight_cov = prediction.search_cov;
+  if (AdaptsAlpha(config_.variant) && Departs(Departure::kBound)) {
+    prediction.honest_cov = drifted ? prediction.search_cov : motion.noise.Covariance();
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
-  if (motion.from_dr && !prediction.vision_broken && Contradicts(image, found)) {
+  const bool asks = motion.from_dr && !prediction.vision_broken && Departs(Departure::kTrust);
+  if (asks && Contradicts(image, found)) {
     FoundPose alone = FindAlone(image);
     if (alone.found && alone.estimate.num_inliers >= Recovery::kConvincingInliers &&
         alone.estimate.num_inliers >= found.estimate.num_inliers) {
@@ -266,7 +270,7 @@ bool Tracker::Impl::TakePlace(Image* image) {
 
 // Finds the pose of the image in the map, if there is one.
 void Tracker::Impl::Locate(Image* image) {
-  finder_.SetImage(image->frame);
+  finder_.SetImage(image->frame, static_cast<uint64_t>(image->utime.us));
   image->snapped = confirmed_ && TakePlace(image);
   confirmed_.reset();
   if (image->snapped) return;
@@ -295,7 +299,7 @@ bool Tracker::Impl::Believable(const Image& image) {
 // believed; without dead reckoning there is nothing to hold against it, but that the place is in
 // doubt or not known.
 bool Tracker::Impl::IsBelieved(const Image& image, const FramePose& report) {
-  if (image.snapped) return true;
+  if (image.snapped || !Departs(Departure::kRecovery)) return true;
   const bool judged = VisionBroken() && (image.motion.from_dr || !placed() || place_.in_doubt());
   if (judged) return Believable(image);
   return !place_.Contradicts(Evidence(image, report, placed(), image.found.estimate.num_inliers));
@@ -402,6 +406,7 @@ TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
 
 // The image without what is fixed to the camera.
 const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame& seen) {
+  if (!Departs(Departure::kLooksHealthy)) return &seen;
   const bool prevailed = fixed_.Prevails();
   const bool first = state_ == TrackingState::kStart;
   fixed_.Observe(utime, seen, first ? std::nullopt : motion_.Step(utime_, utime));
@@ -418,7 +423,7 @@ const FeatureFrame* Tracker::Impl::Corrected(const FeatureFrame& seen, const Fea
   depth_spoilt_ = false;
   if (state_ == TrackingState::kStart) return of_world;
   const DurationUs dt = image.utime - utime_;
-  if (!seen.row_offsets.empty()) {
+  if (!seen.row_offsets.empty() && Departs(Departure::kLooksHealthy)) {
     eyes_.Observe(seen, image.T_ab, dt);
     depth_spoilt_ = eyes_.SpoilsDepth(seen, image.T_ab, dt);
   }
@@ -479,7 +484,7 @@ void Tracker::Impl::Restart(Utime utime) {
   uncertainty_ = PoseUncertainty();
   uncertainty_.Reset(cov);
   utime_ = utime - DurationUs{1};
-  place_ = PlaceConfirmation();
+  place_ = PlaceConfirmation(Departs(Departure::kRecovery));
   confirmed_.reset();
   recovery_.Reset();
   view_ = ViewChange(camera_);
@@ -611,6 +616,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
       ContinuesMap(outcome.vision, image->motion) &&
       chain_.WantsNext(image->utime, *image->frame, image->found, map_.NumLandmarks(reference_));
   if (outcome.begins_map || due) {
+    finder_.Complete(&map_, &image->found);
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
     MarkNewLandmarks(*out->keyframe, &out->detail);
   }
@@ -729,7 +735,9 @@ MapRequest Tracker::Impl::Request() const {
 }
 
 Result<Tracker> Tracker::Create(const FrontendConfig& config, const CameraGeometry& geometry) {
-  Result<FeatureExtractor> extractor = FeatureExtractor::Create(config.orb, geometry);
+  OrbConfig orb = config.orb;
+  orb.corners_only = config.dr_weight.Departs(Departure::kCorners);
+  Result<FeatureExtractor> extractor = FeatureExtractor::Create(orb, geometry);
   if (!extractor) return extractor.error();
   return Tracker(std::make_unique<Impl>(config, geometry, std::move(*extractor)));
 }

@@ -116,11 +116,10 @@ struct Recording {
 
 // Drives for `images` images, blind in [blind_from, blind_to). dr_scale: wheel scale error; 0 = no
 // DR.
-Recording Drive(Variant variant, int images, int blind_from, int blind_to, double dr_scale,
-                double dr_turn_scale = 1) {
+// seen_when_blind: features that are left while blind.
+Recording Drive(const FrontendConfig& config, int images, int blind_from, int blind_to,
+                double dr_scale, double dr_turn_scale = 1, size_t seen_when_blind = 0) {
   const World world;
-  FrontendConfig config;
-  config.variant = variant;
   Tracker tracker = *Tracker::Create(config, world.geometry());
   MapUpdate empty;
   empty.snapshot = true;
@@ -142,13 +141,26 @@ Recording Drive(Variant variant, int images, int blind_from, int blind_to, doubl
       EXPECT_TRUE(tracker.Push(s));
     }
     const bool blind = i >= blind_from && i < blind_to;
-    TrackerOutput out = tracker.Track({i * kFrameUs}, i + 1, world.See(T_WB, i, blind));
+    FeatureFrame seen = world.See(T_WB, i, blind && seen_when_blind == 0);
+    if (blind) {
+      seen.features.resize(seen_when_blind);
+      seen.descriptors.resize(seen_when_blind);
+      seen.num_detected = static_cast<int>(seen_when_blind);
+    }
+    TrackerOutput out = tracker.Track({i * kFrameUs}, i + 1, seen);
     run.errors_m.push_back((out.pose.T_WB.translation() - T_WB.translation()).norm());
     run.poses.push_back(out.pose);
     run.details.push_back(out.detail);
     if (out.keyframe) run.keyframes.push_back(*out.keyframe);
   }
   return run;
+}
+
+Recording Drive(Variant variant, int images, int blind_from, int blind_to, double dr_scale,
+                double dr_turn_scale = 1) {
+  FrontendConfig config;
+  config.variant = variant;
+  return Drive(config, images, blind_from, blind_to, dr_scale, dr_turn_scale);
 }
 
 TEST(Tracker, FollowsThePathByVisionAlone) {
@@ -195,6 +207,47 @@ TEST(Tracker, ReportsThePriorByTheLawAndAfterItsBound) {
   for (const FrameDetail& prior : Drive(Variant::kDa, 20, 0, 0, 1.0).details) {
     EXPECT_EQ(prior.alpha_rotation, 0);
     EXPECT_EQ(prior.bounded_rotation, 0);
+  }
+}
+
+// Equation 6 of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, has no least number of matches.
+TEST(Tracker, ThePapersPoseTakesAnyNumberOfMatches) {
+  FrontendConfig paper;
+  paper.dr_weight.method = Method::kPaper;
+  const Recording run = Drive(paper, 300, 100, 110, 1.0, 1, 5);
+  for (int i = 101; i < 110; ++i) {
+    EXPECT_EQ(run.poses[i].status, TrackingStatus::kDegraded) << i;
+    EXPECT_GT(run.poses[i].num_inliers, 0) << i;
+    EXPECT_LE(run.poses[i].num_inliers, 5) << i;
+    EXPECT_GT(run.poses[i].dr_share, 0.5) << i;
+  }
+  for (size_t i = 0; i < run.poses.size(); ++i) EXPECT_LT(run.errors_m[i], 0.03) << i;
+  const Recording ours = Drive(FrontendConfig(), 300, 100, 110, 1.0, 1, 5);
+  EXPECT_EQ(ours.poses[105].status, TrackingStatus::kDrOnly);
+}
+
+TEST(Tracker, ABudgetOfMatchesIsKeptAndTheMapIsNotMadeTwice) {
+  FrontendConfig config;
+  config.variant = Variant::kNone;
+  const Recording all = Drive(config, 300, 0, 0, 0);
+  config.matching_budget = 100;
+  for (const Matching matching : {Matching::kGood, Matching::kRandom}) {
+    config.matching = matching;
+    const Recording run = Drive(config, 300, 0, 0, 0);
+    for (size_t i = 0; i < run.poses.size(); ++i) {
+      EXPECT_EQ(run.poses[i].status, TrackingStatus::kTracking) << i;
+      EXPECT_LE(run.poses[i].num_inliers, 100) << i;
+      EXPECT_LT(run.errors_m[i], 0.05) << i;
+    }
+    const auto landmarks_made = [](const Recording& r) {
+      int made = 0;
+      for (const Keyframe& k : r.keyframes) {
+        for (const LandmarkId id : k.landmarks) made += id.valid() && id.creator() == k.id;
+      }
+      return made;
+    };
+    EXPECT_LT(run.keyframes.size(), 1.5 * static_cast<double>(all.keyframes.size()));
+    EXPECT_LT(landmarks_made(run), 1.3 * landmarks_made(all));
   }
 }
 

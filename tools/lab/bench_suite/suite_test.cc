@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "common/config/departure.h"
 #include "tools/data/files/text_file.h"
 
 namespace gw::bench {
@@ -35,6 +36,19 @@ TEST(Suite, EveryShippedSuiteLoadsAndItsScenariosAreThere) {
     }
   }
   EXPECT_GE(count, 3);
+}
+
+TEST(Suite, EveryDepartureIsDocumentedAndMeasured) {
+  const auto suite = LoadSuite(std::string(GW_SOURCE_DIR) + "/config/suites/departures.yaml", "");
+  ASSERT_TRUE(suite.ok());
+  const auto method = tools::ReadTextFile(std::string(GW_SOURCE_DIR) + "/docs/method.md");
+  ASSERT_TRUE(method.ok());
+  for (const NamedDeparture& d : kDepartures) {
+    EXPECT_THAT(suite->variants, testing::Contains(std::string("paper:full+") + d.name));
+    EXPECT_THAT(suite->variants, testing::Contains(std::string("full-") + d.name));
+    EXPECT_THAT(*method, HasSubstr(std::string("| `") + d.name + "`"))
+        << "docs/method.md, section 10";
+  }
 }
 
 TEST(Suite, ReadsAllKindsOfInputs) {

@@ -172,7 +172,7 @@ int Run(const Arguments& arguments) {
 
   RunDescription run;
   run.log_name = std::filesystem::path(arguments.log).filename().string();
-  run.variant = VariantName(config->frontend.variant);
+  run.variant = VariantName(config->frontend);
   run.seed = arguments.seed;
   run.frame = arguments.frame == "camera" ? OutputFrame::kCamera : OutputFrame::kBody;
   run.laps = std::move(*laps);

@@ -218,13 +218,66 @@ TEST(Variants, AreNamedAsOnTheCommandLine) {
   FrontendConfig config;
   for (const char* name : {"none", "da", "pe", "lba", "full", "switch"}) {
     ASSERT_TRUE(ApplyVariant(name, &config).ok());
-    EXPECT_EQ(VariantName(config.variant), name);
+    EXPECT_EQ(VariantName(config), name);
   }
   ASSERT_TRUE(ApplyVariant("fixed:2.5e3", &config).ok());
   EXPECT_EQ(config.variant, Variant::kFixed);
   EXPECT_EQ(config.dr_weight.fixed_alpha, 2500);
   for (const char* name : {"", "fixed", "fixed:", "fixed:-1", "fixed:nan", "fixed:1x", "Full"}) {
     EXPECT_FALSE(ApplyVariant(name, &config).ok()) << name;
+  }
+}
+
+TEST(Variants, NameTheMethodAndItsChanges) {
+  FrontendConfig config;
+  for (const char* name : {"paper:none", "paper:full", "paper:full+bound+loop_test"}) {
+    ASSERT_TRUE(ApplyVariant(name, &config).ok()) << name;
+    EXPECT_EQ(VariantName(config), name);
+  }
+  ASSERT_TRUE(ApplyVariant("paper:pe+drift", &config).ok());
+  EXPECT_TRUE(config.dr_weight.Departs(Departure::kDrift));
+  EXPECT_FALSE(config.dr_weight.Departs(Departure::kBound));
+  ASSERT_TRUE(ApplyVariant("pe", &config).ok());
+  EXPECT_EQ(VariantName(config), "paper:pe") << "the method stays that of the configuration";
+  ASSERT_TRUE(ApplyVariant("ours:full-two_alphas-bound", &config).ok());
+  EXPECT_EQ(VariantName(config), "full-two_alphas-bound");
+  ASSERT_TRUE(ApplyVariant("ours:fixed:1e-1-drift", &config).ok());
+  EXPECT_EQ(config.dr_weight.fixed_alpha, 0.1);
+  EXPECT_TRUE(config.dr_weight.Departs(Departure::kBound));
+  EXPECT_FALSE(config.dr_weight.Departs(Departure::kDrift));
+  for (const char* name : {"paper:", "paper:full-bound", "ours:full+bound", "ours:full-nothing",
+                           "ours:full-drift-drift", "ours:full-", "theirs:full"}) {
+    EXPECT_FALSE(ApplyVariant(name, &config).ok()) << name;
+  }
+}
+
+std::string FileText(const std::string& path) {
+  std::stringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+TEST(Variants, NoneIsBlindToDeadReckoning) {
+  const auto with = Recording(90, 40, 50);
+  auto without = with;
+  std::erase_if(without, [](const Event& e) { return e.channel == wire::kDr; });
+  ASSERT_LT(without.size(), with.size());
+  for (const char* name : {"ours:none", "paper:none"}) {
+    RobotConfig robot = Robot();
+    ASSERT_TRUE(ApplyVariant(name, &robot.frontend).ok());
+    const auto write = [&](const std::vector<Event>& events, const std::string& folder) {
+      const RunDescription run{.log_name = "log", .variant = VariantName(robot.frontend)};
+      EXPECT_TRUE(WriteOutputs(folder, robot, run, RunAll(robot, events)).ok());
+      return folder;
+    };
+    const std::string a = write(with, Scratch("with_dr"));
+    const std::string b = write(without, Scratch("without_dr"));
+    for (const char* file : {"/trajectory.tum", "/trajectory_final.tum", "/keyframes.tum",
+                             "/frames.csv", "/covariance.csv"}) {
+      EXPECT_FALSE(FileText(a + file).empty());
+      EXPECT_EQ(FileText(a + file), FileText(b + file)) << name << file;
+    }
+    EXPECT_NE(FileText(a + "/dr.tum"), FileText(b + "/dr.tum"));
   }
 }
 

@@ -36,6 +36,11 @@ bool Concerns(const fault::FaultKind& kind, const RobotConfig& robot) {
   return false;
 }
 
+Accused Guilty(const fault::FaultKind& kind) {
+  if (kind.target == fault::FaultTarget::kImu) return Accused::kImu;
+  return IsOfCamera(kind.target) ? Accused::kVision : Accused::kWheels;
+}
+
 FaultCase OfLog(const fault::FaultKind& kind, const RobotConfig& robot, DurationUs log_length) {
   fault::NamedFault fault = fault::WithUsualSpan(kind);
   if (kind.begin_s > 0 && !IsOfCamera(kind.target)) {
@@ -44,7 +49,8 @@ FaultCase OfLog(const fault::FaultKind& kind, const RobotConfig& robot, Duration
     fault.span.begin = {log_length.us / 2};
     if (!to_the_end) fault.span.end = fault.span.begin + length;
   }
-  FaultCase out{std::string(kind.name), std::string(kind.text), {}, robot, fault.span.begin, {}};
+  FaultCase out{std::string(kind.name), std::string(kind.text), {}, robot,
+                fault.span.begin,       Guilty(kind),           {}};
   out.plan.named = {fault};
   out.plan.optics = fault::OpticsOf(robot.calibration.camera);
   return out;
@@ -53,7 +59,7 @@ FaultCase OfLog(const fault::FaultKind& kind, const RobotConfig& robot, Duration
 // The camera where the configuration does not say, T_BC_wrong = T * T_BC.
 FaultCase WithExtrinsics(const std::string& name, const std::string& text, const SE3& T_BC_wrong,
                          const RobotConfig& robot) {
-  FaultCase out{name, text, {}, robot, {}, {}};
+  FaultCase out{name, text, {}, robot, {}, Accused::kDr, {}};
   CameraCalibration& camera = out.config.calibration.camera;
   out.T_BB = T_BC_wrong * camera.T_BC.inverse();
   camera.T_BC = T_BC_wrong;
@@ -73,7 +79,13 @@ void AddOfConfiguration(FaultMatrix matrix, const RobotConfig& robot,
         "camera_moved_10cm", "configuration: camera 10 cm too far ahead",
         SE3(T_BC.rotation(), T_BC.translation() + Eigen::Vector3d(kMoved, 0, 0)), robot));
   } else if (camera.kind == CameraKind::kStereo) {
-    FaultCase fault{"baseline_x1.2", "configuration: baseline a fifth too long", {}, robot, {}, {}};
+    FaultCase fault{"baseline_x1.2",
+                    "configuration: baseline a fifth too long",
+                    {},
+                    robot,
+                    {},
+                    Accused::kVision,
+                    {}};
     SE3& T_C0C1 = fault.config.calibration.camera.T_C0C1;
     T_C0C1 = SE3(T_C0C1.rotation(), kBaselineScale * T_C0C1.translation());
     cases->push_back(fault);

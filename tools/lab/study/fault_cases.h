@@ -6,6 +6,7 @@
 
 #include "common/config/robot_config.h"
 #include "tools/data/fault/fault_plan.h"
+#include "tools/lab/study/fault_run.h"
 
 namespace gw::study {
 
@@ -18,6 +19,7 @@ struct FaultCase {
   fault::FaultPlan plan;
   RobotConfig config;
   DurationUs begin;  // of the fault, since the begin of the log
+  Accused guilty = Accused::kVision;
   // Brings poses of a run with this configuration to the robot's body: where the extrinsics are
   // wrong, vision alone tells where the camera is, and nothing of the body.
   SE3 T_BB;

@@ -35,17 +35,47 @@ Result<Done> ReadWithFault(const std::string& path, const fault::FaultPlan& plan
   return Done{};
 }
 
-Finding& Note(const std::string& name, Utime utime, bool of_dr, Findings* findings) {
-  Finding& finding = findings->try_emplace(name, Finding{utime, 0, of_dr}).first->second;
+Finding& Note(const std::string& name, Utime utime, Accused accused, Findings* findings) {
+  Finding& finding = findings->try_emplace(name, Finding{utime, 0, accused}).first->second;
   ++finding.count;
   return finding;
+}
+
+Accused AccusedBy(dr_ekf::DrDiagnosis diagnosis) {
+  using enum dr_ekf::DrDiagnosis;
+  switch (diagnosis) {
+    case kTimeWentBack:
+    case kTimeJumpedAhead:
+    case kParted:
+      return Accused::kDr;
+    case kHeadingStuck:
+    case kWheelTurnStuck:
+    case kTrackIsOther:
+      return Accused::kWheels;
+    case kImuOnAnotherClock:
+    case kImuStampsRepeat:
+    case kAccelInG:
+    case kAccelWithoutGravity:
+    case kAccelInUnknownUnit:
+    case kAccelUnfit:
+    case kGyroInDegrees:
+    case kGyroFrozen:
+      return Accused::kImu;
+  }
+  return Accused::kDr;
+}
+
+Accused AccusedBy(TrackingReason reason) {
+  return reason == TrackingReason::kDrContradictsVision ? Accused::kDr : Accused::kVision;
 }
 
 // As the front-end's process says it in HEALTH (frontend/process).
 bool IsDegraded(const FramePose& frame) {
   return frame.status == TrackingStatus::kLost || frame.status == TrackingStatus::kRecovering ||
          frame.status == TrackingStatus::kDrOnly ||
-         frame.reason == TrackingReason::kDrContradictsVision;
+         frame.reason == TrackingReason::kDrContradictsVision ||
+         frame.reason == TrackingReason::kFixedInImage ||
+         frame.reason == TrackingReason::kEyesApart;
 }
 
 void NoteReasons(const std::vector<FramePose>& frames, double rate_hz, Findings* findings) {
@@ -53,8 +83,7 @@ void NoteReasons(const std::vector<FramePose>& frames, double rate_hz, Findings*
   for (const FramePose& f : frames) {
     if (f.reason == TrackingReason::kNone) continue;
     const std::string name = tools::ReasonName(f.reason);
-    Finding& finding =
-        Note(name, f.utime, f.reason == TrackingReason::kDrContradictsVision, findings);
+    Finding& finding = Note(name, f.utime, AccusedBy(f.reason), findings);
     degraded[name] += IsDegraded(f);
     finding.in_health = static_cast<double>(degraded[name]) >= rate_hz;
   }
@@ -75,10 +104,11 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
   Utime now;
   session->WatchDr([&](const dr_ekf::DrFilter::Output& output) {
     for (const auto diagnosis : output.found) {
-      Note(std::string(dr_ekf::Name(diagnosis)), now, true, &out.findings).in_health = true;
+      Note(std::string(dr_ekf::Name(diagnosis)), now, AccusedBy(diagnosis), &out.findings)
+          .in_health = true;
     }
     for (const auto event : output.events) {
-      if (event == dr_ekf::DrEvent::kSlipBegin) Note("slip", now, true, &out.findings);
+      if (event == dr_ekf::DrEvent::kSlipBegin) Note("slip", now, Accused::kWheels, &out.findings);
     }
   });
   int images_to_drop = tools::kImagesPerSeed * seed;
@@ -99,6 +129,7 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
   }
   experiment->dr_synthetic |= session->dr_synthetic();
   out.run = measure::RunOf(*session);
+  out.explanation = session->dr_fault();
   NoteReasons(out.run.frames, config.calibration.camera.rate_hz, &out.findings);
   return out;
 }

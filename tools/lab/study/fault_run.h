@@ -10,12 +10,15 @@
 
 namespace gw::study {
 
+// Whom the system accuses; kDr: wheels or IMU, or where the camera is mounted.
+enum class Accused { kVision, kDr, kWheels, kImu };
+
 // Something that the system names: a reason of FRAME_POSE, a diagnosis of the DR filter, or a begin
 // of slip.
 struct Finding {
-  Utime first;         // of the log: when it was said first
-  int64_t count = 0;   // images with the reason; diagnoses; begins of slip
-  bool of_dr = false;  // it accuses dead reckoning or one of its sensors
+  Utime first;        // of the log: when it was said first
+  int64_t count = 0;  // images with the reason; diagnoses; begins of slip
+  Accused accused = Accused::kVision;
   // HEALTH would name it: a diagnosis, or a reason for which the front-end was degraded for a
   // second of images (the period of HEALTH) in all.
   bool in_health = false;
@@ -25,6 +28,7 @@ using Findings = std::map<std::string, Finding>;  // by its name
 struct FaultRun {
   measure::SlamRun run;
   Findings findings;
+  std::string explanation;  // SlamSession::dr_fault()
 };
 
 // The log through the fault (an empty plan: none) and the system. seed: see run_log.h. Error: as of

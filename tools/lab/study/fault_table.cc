@@ -1,6 +1,7 @@
 #include "tools/lab/study/fault_table.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/core/format.h"
 #include "tools/lab/plot/bars.h"
@@ -29,10 +30,15 @@ std::optional<double> BarOf(FaultMatrix matrix, bool vision_healthy, const Fault
   return Times(kOverWheels, row.wheels_m ? row.wheels_m : row.dr_m);
 }
 
+bool Names(const Saying& saying, Accused guilty) {
+  if (!saying.in_health) return false;
+  return saying.accused == guilty || (saying.accused == Accused::kDr && guilty != Accused::kVision);
+}
+
 // Of one seed.
-std::optional<double> NamedAfter(FaultMatrix matrix, const std::vector<Saying>& sayings) {
+std::optional<double> NamedAfter(Accused guilty, const std::vector<Saying>& sayings) {
   for (const Saying& s : sayings) {
-    if (s.in_health && s.of_dr == (matrix == FaultMatrix::kDr)) return s.after_s;
+    if (Names(s, guilty)) return s.after_s;
   }
   return std::nullopt;
 }
@@ -41,12 +47,13 @@ std::string Number(const std::optional<double>& value, int decimals) {
   return value ? FormatFixed(*value, decimals) : "-";
 }
 
-std::string SayingsText(const std::vector<Saying>& sayings) {
+std::string SayingsText(const FaultOutcome& outcome) {
   std::string out;
-  for (const Saying& s : sayings) {
+  for (const Saying& s : outcome.sayings) {
     out += (out.empty() ? "" : ", ") + s.name + " (" + FormatFixed(s.after_s, 1) + " s; " +
            std::to_string(s.count) + (s.in_health ? "" : "; *") + ")";
   }
+  if (!outcome.explanation.empty()) out += "; \"" + outcome.explanation + "\"";
   return out.empty() ? "nothing" : out;
 }
 
@@ -59,7 +66,7 @@ std::string MissesText(const FaultVerdict& verdict) {
 const char* BarText(FaultMatrix matrix, bool vision_healthy) {
   if (matrix == FaultMatrix::kVision) {
     return "Bar: the larger of 1.25 x DR alone and 1.1 x `full` without the fault; never tracking "
-           "for more than 2 s with an error over 5 sigma; named, and not as a fault of DR.";
+           "for more than 2 s with an error over 5 sigma; named.";
   }
   return vision_healthy
              ? "Vision alone keeps its pose on this log. Bar: 1.1 x `none`; a pose for every "
@@ -125,8 +132,13 @@ std::vector<Saying> SayingsOf(const Findings& findings, const Findings& without_
   std::vector<Saying> out;
   for (const auto& [name, finding] : findings) {
     if (without_fault.contains(name)) continue;
-    out.push_back(
-        {name, std::max(0.0, (finding.first - visible).seconds()), finding.count, finding.of_dr});
+    Saying saying;
+    saying.name = name;
+    saying.after_s = std::max(0.0, (finding.first - visible).seconds());
+    saying.count = finding.count;
+    saying.accused = finding.accused;
+    saying.in_health = finding.in_health;
+    out.push_back(std::move(saying));
   }
   std::stable_sort(out.begin(), out.end(),
                    [](const Saying& a, const Saying& b) { return a.after_s < b.after_s; });
@@ -143,7 +155,7 @@ FaultVerdict Judge(FaultMatrix matrix, bool vision_healthy, const FaultRow& row)
     sum += outcome.numbers.ape_m.value_or(0);
     out.without_pose = std::max(out.without_pose, outcome.numbers.without_pose);
     out.too_sure_s = std::max(out.too_sure_s, outcome.numbers.too_sure_s);
-    const auto after_s = NamedAfter(matrix, outcome.sayings);
+    const auto after_s = NamedAfter(row.guilty, outcome.sayings);
     named &= after_s.has_value();
     slowest = std::max(slowest, after_s.value_or(0));
   }
@@ -183,7 +195,7 @@ StudyFiles RenderFaults(FaultMatrix matrix, bool vision_healthy, const std::stri
     files.markdown += "| " + row.name + " | " + Number(v.full_m, 4) + " | " +
                       Number(row.none_m, 4) + " | " + Number(row.dr_m, 3) + " | " +
                       Number(row.wheels_m, 3) + " | " + Number(row.sound_full_m, 4) + " | " +
-                      Number(v.ratio, 2) + " | " + SayingsText(row.full.front().sayings) + " | " +
+                      Number(v.ratio, 2) + " | " + SayingsText(row.full.front()) + " | " +
                       std::to_string(v.without_pose) + " | " + FormatFixed(v.too_sure_s, 1) +
                       " | " + MissesText(v) + " |\n";
   }

@@ -18,7 +18,7 @@ struct Saying {
   double after_s = 0;  // since the fault could be seen
   // See Finding.
   int64_t count = 0;
-  bool of_dr = false;
+  Accused accused = Accused::kVision;
   bool in_health = false;
 };
 
@@ -26,10 +26,12 @@ struct Saying {
 struct FaultOutcome {
   FaultNumbers numbers;
   std::vector<Saying> sayings;  // in the order in which they were said first
+  std::string explanation;      // of dead reckoning that contradicts vision, with what to set
 };
 
 struct FaultRow {
   std::string name, text;
+  Accused guilty = Accused::kVision;
   std::vector<FaultOutcome> full;  // one per seed; at least one
   // RMSE of the positions, m; of several seeds the mean. Empty: not determined, or not there.
   std::optional<double> none_m;          // vision alone: with a fault of vision, else without
@@ -56,8 +58,8 @@ struct FaultVerdict {
 // The bars. Faults of DR: where vision is healthy at most 1.1 x vision alone, elsewhere at
 // most 1.05 x what the faulty wheels give by themselves; a pose for every image; named within 10 s.
 // Faults of vision: at most the larger of 1.25 x dead reckoning alone and 1.1 x the run without
-// fault; never tracking for more than 2 s with an error over 5 sigma; named, and not as a fault of
-// DR.
+// fault; never tracking for more than 2 s with an error over 5 sigma; named. Named: HEALTH accuses
+// the guilty one, or dead reckoning as a whole where one of its sensors is guilty.
 FaultVerdict Judge(FaultMatrix matrix, bool vision_healthy, const FaultRow& row);
 
 // origin: log, seeds, versions. sound: the longest too sure span of `full` without a fault, s.

@@ -79,9 +79,11 @@ TEST(FaultCases, WrongExtrinsicsAreUndone) {
 FaultRow Row(double full_m) {
   FaultRow row;
   row.name = "fault";
+  row.guilty = Accused::kWheels;
   FaultOutcome outcome;
   outcome.numbers.ape_m = full_m;
-  outcome.sayings = {{"slip", 0.5, 3, true, false}, {"dr_contradicts_vision", 3, 20, true, true}};
+  outcome.sayings = {{"slip", 0.5, 3, Accused::kWheels, false},
+                     {"dr_contradicts_vision", 3, 20, Accused::kDr, true}};
   row.full = {outcome};
   row.none_m = 0.1;
   row.dr_m = 0.2;
@@ -105,13 +107,17 @@ TEST(FaultTable, OnlyHealthNamesAndTheNameMustComeInTime) {
   EXPECT_EQ(Judge(FaultMatrix::kDr, true, row).named_after_s, 3);
   row.full[0].sayings[1].after_s = 11;
   EXPECT_THAT(Judge(FaultMatrix::kDr, true, row).misses, ElementsAre("not named"));
-  row.full[0].sayings.pop_back();
+  row.full[0].sayings[1] = {"accel_unfit", 2, 1, Accused::kImu, true};  // the wrong one
   EXPECT_THAT(Judge(FaultMatrix::kDr, true, row).misses, ElementsAre("not named"));
+  row.guilty = Accused::kImu;
+  EXPECT_THAT(Judge(FaultMatrix::kDr, true, row).misses, IsEmpty());
 }
 
 TEST(FaultTable, FaultsOfVisionMayBeAsBadAsDrButNotSureOfIt) {
   FaultRow row = Row(0.24);
-  row.full[0].sayings.push_back({"too_few_matches", 30, 5, false, true});
+  row.guilty = Accused::kVision;
+  EXPECT_THAT(Judge(FaultMatrix::kVision, true, row).misses, ElementsAre("not named"));
+  row.full[0].sayings.push_back({"too_few_matches", 30, 5, Accused::kVision, true});
   EXPECT_THAT(Judge(FaultMatrix::kVision, true, row).misses, IsEmpty());
   row.full[0].numbers.too_sure_s = 2.5;
   EXPECT_THAT(Judge(FaultMatrix::kVision, true, row).misses, ElementsAre("too sure"));
@@ -135,15 +141,19 @@ TEST(FaultTable, TheWorstSeedCounts) {
 }
 
 TEST(FaultTable, OnlyWhatTheSoundRunDoesNotSayCounts) {
-  const Findings sound = {{"too_few_matches", {{1000000}, 3, false, true}}};
-  const Findings faulty = {{"too_few_matches", {{2000000}, 30, false, true}},
-                           {"slip", {{9000000}, 1, true, false}},
-                           {"accel_in_g", {{1500000}, 1, true, true}}};
+  const Findings sound = {{"too_few_matches", {{1000000}, 3, Accused::kVision, true}}};
+  const Findings faulty = {{"too_few_matches", {{2000000}, 30, Accused::kVision, true}},
+                           {"slip", {{9000000}, 1, Accused::kWheels, false}},
+                           {"accel_in_g", {{1500000}, 1, Accused::kImu, true}}};
   const auto sayings = SayingsOf(faulty, sound, Utime{4000000});
   ASSERT_EQ(sayings.size(), 2u);
   EXPECT_EQ(sayings[0].name, "accel_in_g");
   EXPECT_EQ(sayings[0].after_s, 0);
+  EXPECT_EQ(sayings[0].accused, Accused::kImu);
+  EXPECT_TRUE(sayings[0].in_health);
   EXPECT_EQ(sayings[1].after_s, 5);
+  EXPECT_EQ(sayings[1].accused, Accused::kWheels);
+  EXPECT_FALSE(sayings[1].in_health);
 }
 
 TEST(FaultTable, SaysWhatCameOut) {

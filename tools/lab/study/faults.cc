@@ -130,6 +130,7 @@ class FaultStudy : public Study {
     FaultRow row;
     row.name = fault.name;
     row.text = fault.text;
+    row.guilty = fault.guilty;
     row.sound_full_m = sound.full_m;
     row.none_m = sound.none_m;
     const auto full = RunSeeds(experiment, fault.config, fault.plan, "full");
@@ -139,7 +140,8 @@ class FaultStudy : public Study {
     for (size_t i = 0; i < full->size(); ++i) {
       const FaultRun& run = (*full)[i];
       row.full.push_back({MeasureFault(run.run, fault.T_BB, experiment->truth, alignment_),
-                          SayingsOf(run.findings, sound.full[i].findings, visible)});
+                          SayingsOf(run.findings, sound.full[i].findings, visible),
+                          run.explanation});
     }
     DeadReckoning dr = sound.dr;
     if (matrix_ == FaultMatrix::kDr) {

@@ -1,9 +1,12 @@
 // The 3-D view: floor map, landmarks, keyframes, ways, robot. z is up, as in the world of the map.
 import {
   BoxGeometry, BufferAttribute, BufferGeometry, CanvasTexture, Color, ColorManagement, ConeGeometry, CylinderGeometry, DoubleSide,
-  GridHelper, Group, LinearSRGBColorSpace, Mesh, MeshBasicMaterial, NearestFilter, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial,
+  Group, LinearSRGBColorSpace, Mesh, MeshBasicMaterial, NearestFilter, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial,
   Scene, Vector3, WebGLRenderer,
 } from 'three';
+import {LineMaterial} from 'three/addons/lines/LineMaterial.js';
+import {LineSegments2} from 'three/addons/lines/LineSegments2.js';
+import {LineSegmentsGeometry} from 'three/addons/lines/LineSegmentsGeometry.js';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {fromBase64} from './bytes.js';
 import {Entities} from './entities.js';
@@ -14,7 +17,7 @@ ColorManagement.enabled = false;
 
 function makeRobot() {
   const robot = new Group();
-  const body = new Mesh(new CylinderGeometry(0.17, 0.17, 0.12, 24), new MeshBasicMaterial({color: '#e8edf2', transparent: true, opacity: 0.85}));
+  const body = new Mesh(new CylinderGeometry(0.17, 0.17, 0.12, 24), new MeshBasicMaterial({color: '#8793a3'}));
   body.rotation.x = Math.PI / 2;
   body.position.z = 0.08;
   const nose = new Mesh(new ConeGeometry(0.1, 0.28, 16), new MeshBasicMaterial({color: '#ff4d6d'}));
@@ -26,6 +29,16 @@ function makeRobot() {
   robot.matrixAutoUpdate = false;
   robot.visible = false;
   return robot;
+}
+
+// One metre a cell.
+function makeGrid() {
+  const half = 50, ends = [];
+  for (let i = -half; i <= half; ++i) ends.push(i, -half, 0, i, half, 0, -half, i, 0, half, i, 0);
+  const grid = new LineSegments2(new LineSegmentsGeometry().setPositions(ends),
+      new LineMaterial({linewidth: 1, transparent: true, opacity: 0.22}));
+  grid.position.z = -0.02;
+  return grid;
 }
 
 export class SceneView {
@@ -47,9 +60,7 @@ export class SceneView {
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(-4, -5, 6);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.grid = new GridHelper(100, 100, '#445', '#334');
-    this.grid.rotation.x = Math.PI / 2;
-    this.grid.position.z = -0.02;
+    this.grid = makeGrid();
     this.landmarks = new Points(new BufferGeometry(), new PointsMaterial({size: 2.2, sizeAttenuation: false, vertexColors: true}));
     this.landmarks.frustumCulled = false;
     this.floor = new Group();
@@ -75,7 +86,6 @@ export class SceneView {
 
   setTheme({background, line}) {
     this.scene.background = new Color(background);
-    Object.assign(this.grid.material, {vertexColors: false, transparent: true, opacity: 0.25, needsUpdate: true});
     this.grid.material.color.set(line);
   }
 

@@ -1,0 +1,380 @@
+#include "tools/lab/calibrate/drive_calibration.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace gw::calibrate {
+namespace {
+
+constexpr double kDegrees = 180 / M_PI;
+// Long against the noise of a pose, short against a turn.
+constexpr DurationUs kStep = Milliseconds(500);
+constexpr DurationUs kLongestHole = Milliseconds(350);  // between images that vision placed
+constexpr int kFewestSteps = 20;
+constexpr int kParameters = 11;  // the quantities, and the gyro's bias
+constexpr int kGyroBias = kNumQuantities;
+constexpr int kKinds = 7;  // of residuals
+
+// A sum over time, between its samples on a straight line, at times that are being estimated.
+class Curve {
+ public:
+  void Add(Utime utime, double value) {
+    if (!times_.empty() && utime <= times_.back()) return;
+    times_.push_back(utime);
+    values_.push_back(value);
+  }
+  bool Covers(Utime begin, Utime end) const {
+    return !times_.empty() && begin >= times_.front() && end <= times_.back();
+  }
+  // Value at t + delay; t in the curve.
+  template <typename T>
+  T At(Utime t, const T& delay) const {
+    const auto index = Index(t + DurationFromSeconds(Real(delay)));
+    const double span = (times_[index + 1] - times_[index]).seconds();
+    const double slope = (values_[index + 1] - values_[index]) / span;
+    return values_[index] + slope * ((t - times_[index]).seconds() + delay);
+  }
+
+ private:
+  static double Real(double value) { return value; }
+  template <typename T>
+  static double Real(const T& value) {
+    return value.a;
+  }
+  size_t Index(Utime t) const {
+    const auto after = std::upper_bound(times_.begin(), times_.end(), t);
+    const auto index = std::max<int64_t>(after - times_.begin() - 1, 0);
+    return std::min(static_cast<size_t>(index), times_.size() - 2);
+  }
+
+  std::vector<Utime> times_;
+  std::vector<double> values_;
+};
+
+struct Sensors {
+  Curve way, turn, gyro;  // m, rad, rad
+  bool has_wheels = false, has_gyro = false;
+};
+
+Sensors MakeSensors(const std::vector<WheelSample>& wheels, const std::vector<ImuSample>& imu,
+                    const Calibration& given) {
+  Sensors sensors;
+  double way = 0, turn = 0, gyro = 0;
+  for (const WheelSample& sample : wheels) {
+    sensors.way.Add(sample.utime_begin, way);
+    sensors.turn.Add(sample.utime_begin, turn);
+    // Way along the arc from its chord.
+    const double half = sample.dyaw_rad / 2;
+    const double chord = std::hypot(sample.dx_m, sample.dy_m) * (sample.dx_m < 0 ? -1 : 1);
+    way += std::abs(half) > 1e-9 ? chord * half / std::sin(half) : chord;
+    turn += sample.dyaw_rad;
+    sensors.way.Add(sample.utime, way);
+    sensors.turn.Add(sample.utime, turn);
+  }
+  const Eigen::Matrix3d R_BI = given.imu.T_BI.rotation().toRotationMatrix();
+  for (size_t i = 0; i < imu.size(); ++i) {
+    if (i > 0) {
+      gyro += 0.5 * (imu[i].utime - imu[i - 1].utime).seconds() *
+              R_BI.row(2).dot(imu[i].w_I_rad_s + imu[i - 1].w_I_rad_s);
+    }
+    sensors.gyro.Add(imu[i].utime, gyro);
+  }
+  sensors.has_wheels = wheels.size() > 10;
+  sensors.has_gyro = imu.size() > 10;
+  return sensors;
+}
+
+struct Step {
+  Utime begin, end;
+  SE3 T_CaCb;
+};
+
+// Every residual of a step, without its noise.
+struct StepResiduals {
+  const Step& step;
+  const Sensors& sensors;
+  SE3 given_T_BC;
+
+  template <typename T>
+  void Evaluate(const T* p, T* r) const {
+    using Vector = Eigen::Matrix<T, 3, 1>;
+    using Quaternion = Eigen::Quaternion<T>;
+    const auto exp = [](const Vector& v) {
+      // Small corrections: half of the vector, normalised, is the quaternion to second order.
+      Quaternion q(T(1), v.x() / 2.0, v.y() / 2.0, v.z() / 2.0);
+      q.normalize();
+      return q;
+    };
+    const Quaternion q_X =
+        exp(Vector(p[kRoll], p[kPitch], p[kYaw])) * given_T_BC.rotation().cast<T>();
+    const Vector given_p = given_T_BC.translation().cast<T>();
+    const Vector p_X(given_p.x() + p[kX], given_p.y() + p[kY], given_p.z());
+    const Quaternion q_B = q_X * step.T_CaCb.rotation().cast<T>() * q_X.conjugate();
+    const Vector p_B = q_X * Vector(step.T_CaCb.translation().cast<T>()) + p_X - q_B * p_X;
+    // Rotation vector of a turn that is mostly about z, below half a turn.
+    const T norm = ceres::sqrt(q_B.vec().squaredNorm() + T(1e-18));
+    const T angle = T(2) * ceres::atan2(norm, q_B.w());
+    const Vector turn = q_B.vec() * (angle / norm);
+    const double seconds = (step.end - step.begin).seconds();
+    const T wheel_turn = p[kWheelTurn] * (sensors.turn.At(step.end, p[kWheelDelay]) -
+                                          sensors.turn.At(step.begin, p[kWheelDelay]));
+    const T way = p[kWheelWay] * (sensors.way.At(step.end, p[kWheelDelay]) -
+                                  sensors.way.At(step.begin, p[kWheelDelay]));
+    const T half = turn.z() / 2.0;
+    const T chord = way * (T(1) - half * half / 6.0);  // sin(a)/a; a below 0.5 in a step
+    r[0] = p_B.x() - chord * ceres::cos(half);
+    r[1] = p_B.y() - chord * ceres::sin(half);
+    r[2] = p_B.z();
+    r[3] = turn.x();
+    r[4] = turn.y();
+    r[5] = sensors.has_wheels ? turn.z() - wheel_turn : T(0);
+    r[6] = sensors.has_gyro ? turn.z() -
+                                  p[kGyroTurn] * (sensors.gyro.At(step.end, p[kGyroDelay]) -
+                                                  sensors.gyro.At(step.begin, p[kGyroDelay])) +
+                                  p[kGyroBias] * seconds
+                            : T(0);
+  }
+};
+
+// One step as a cost: residuals over their noise.
+struct StepCost {
+  StepResiduals residuals;
+  const std::array<double, kKinds>& noise;
+
+  template <typename T>
+  bool operator()(const T* p, T* r) const {
+    residuals.Evaluate(p, r);
+    for (int k = 0; k < kKinds; ++k) r[k] = r[k] / noise[static_cast<size_t>(k)];
+    return true;
+  }
+};
+
+std::vector<Step> MakeSteps(const std::vector<CameraPose>& vision, const Sensors& sensors,
+                            const Calibration& given) {
+  const DurationUs margin = Milliseconds(300);  // that a delay may be found to be
+  const DurationUs wheel = DurationFromSeconds(given.wheel.time_offset_s);
+  const DurationUs gyro = DurationFromSeconds(given.imu.time_offset_s);
+  std::vector<Step> steps;
+  std::optional<size_t> open;
+  for (size_t i = 0; i < vision.size(); ++i) {
+    const bool broken =
+        !vision[i].seen || (i > 0 && vision[i].utime - vision[i - 1].utime > kLongestHole);
+    if (broken) open.reset();
+    if (!vision[i].seen) continue;
+    if (!open) {
+      open = i;
+      continue;
+    }
+    if (vision[i].utime - vision[*open].utime < kStep) continue;
+    const Step step{vision[*open].utime, vision[i].utime,
+                    vision[*open].T_WC.inverse() * vision[i].T_WC};
+    open = i;
+    if (!sensors.way.Covers(step.begin + wheel - margin, step.end + wheel + margin)) continue;
+    if (sensors.has_gyro &&
+        !sensors.gyro.Covers(step.begin + gyro - margin, step.end + gyro + margin)) {
+      continue;
+    }
+    steps.push_back(step);
+  }
+  return steps;
+}
+
+// Robust standard deviations of the residuals at p, not below what a pose is rounded to.
+std::array<double, kKinds> MeasureNoise(const std::vector<Step>& steps, const Sensors& sensors,
+                                        const SE3& T_BC, const double* p) {
+  std::array<std::vector<double>, kKinds> sizes;
+  for (const Step& step : steps) {
+    std::array<double, kKinds> r{};
+    StepResiduals{step, sensors, T_BC}.Evaluate(p, r.data());
+    for (size_t k = 0; k < kKinds; ++k) sizes[k].push_back(std::abs(r[k]));
+  }
+  std::array<double, kKinds> noise{};
+  for (size_t k = 0; k < kKinds; ++k) {
+    const auto middle = sizes[k].begin() + std::ssize(sizes[k]) / 2;
+    std::nth_element(sizes[k].begin(), middle, sizes[k].end());
+    noise[k] = std::max(1.4826 * *middle, 1e-5);
+  }
+  return noise;
+}
+
+using Normal = Eigen::Matrix<double, kParameters, kParameters>;
+
+// Solves with the given noise; returns the information of the parameters.
+Normal Solve(const std::vector<Step>& steps, const Sensors& sensors, const SE3& T_BC,
+             const std::array<double, kKinds>& noise, double* p) {
+  ceres::Problem problem;
+  std::vector<int> constant;
+  if (!sensors.has_gyro) constant = {kGyroTurn, kGyroDelay, kGyroBias};
+  for (const Step& step : steps) {
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<StepCost, kKinds, kParameters>(
+            new StepCost{{step, sensors, T_BC}, noise}),
+        // A step of 7 residuals: beyond chi-square's 99 % (18.48) it is slip, and pulls little.
+        new ceres::CauchyLoss(std::sqrt(18.48)), p);
+  }
+  if (!constant.empty()) {
+    problem.SetManifold(p, new ceres::SubsetManifold(kParameters, constant));
+  }
+  for (const int delay : {kWheelDelay, kGyroDelay}) {
+    problem.SetParameterLowerBound(p, delay, p[delay] - 0.3);
+    problem.SetParameterUpperBound(p, delay, p[delay] + 0.3);
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = 100;
+  options.function_tolerance = 1e-10;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  Normal information = Normal::Zero();
+  std::vector<double> residuals;
+  ceres::CRSMatrix jacobian;
+  ceres::Problem::EvaluateOptions evaluate;
+  problem.Evaluate(evaluate, nullptr, &residuals, nullptr, &jacobian);
+  std::vector<int> free;
+  for (int i = 0; i < kParameters; ++i) {
+    if (std::find(constant.begin(), constant.end(), i) == constant.end()) free.push_back(i);
+  }
+  for (int row = 0; row < jacobian.num_rows; ++row) {
+    Eigen::Matrix<double, kParameters, 1> j = Eigen::Matrix<double, kParameters, 1>::Zero();
+    for (int k = jacobian.rows[static_cast<size_t>(row)];
+         k < jacobian.rows[static_cast<size_t>(row) + 1]; ++k) {
+      j[free[static_cast<size_t>(jacobian.cols[static_cast<size_t>(k)])]] =
+          jacobian.values[static_cast<size_t>(k)];
+    }
+    information += j * j.transpose();
+  }
+  return information;
+}
+
+// Standard deviations; infinite for what the information does not tell.
+std::array<double, kParameters> SigmasOf(const Normal& information) {
+  std::array<double, kParameters> sigmas;
+  sigmas.fill(std::numeric_limits<double>::infinity());
+  std::vector<int> told;
+  for (int i = 0; i < kParameters; ++i) {
+    if (information(i, i) > 0) told.push_back(i);
+  }
+  // Units are unlike: scaled to a unit diagonal before what is singular can be seen.
+  const auto n = static_cast<Eigen::Index>(told.size());
+  Eigen::MatrixXd scaled(n, n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    for (Eigen::Index b = 0; b < n; ++b) {
+      const int i = told[static_cast<size_t>(a)], k = told[static_cast<size_t>(b)];
+      scaled(a, b) = information(i, k) / std::sqrt(information(i, i) * information(k, k));
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    double variance = 0;
+    for (Eigen::Index e = 0; e < n; ++e) {
+      const double share = eigen.eigenvectors()(a, e) * eigen.eigenvectors()(a, e);
+      const double value = eigen.eigenvalues()[e];
+      if (value > 1e-12)
+        variance += share / value;
+      else if (share > 1e-6)
+        variance = std::numeric_limits<double>::infinity();
+    }
+    const int i = told[static_cast<size_t>(a)];
+    sigmas[static_cast<size_t>(i)] = std::sqrt(variance / information(i, i));
+  }
+  return sigmas;
+}
+
+std::array<Quantity, kNumQuantities> Describe(const double* p,
+                                              const std::array<double, kParameters>& sigmas) {
+  const char* const turn = "turn by half a circle each way, past things at some metres";
+  const char* const straight = "drive straight for 5 m";
+  const char* const change = "start, stop and turn sharply, ten times each way";
+  struct Row {
+    const char *name, *unit;
+    double factor, bar;
+    const char* remedy;
+  };
+  // Undetermined is what is not known to three times the accuracy that is wanted (0.1 deg, 5 mm,
+  // 0.2 %, 3 ms).
+  constexpr double kAngle = 0.3, kPlace = 0.015, kScale = 0.006, kDelay = 0.009;
+  const Row rows[kNumQuantities] = {{"camera roll", "deg", kDegrees, kAngle, turn},
+                                    {"camera pitch", "deg", kDegrees, kAngle, straight},
+                                    {"camera yaw", "deg", kDegrees, kAngle, straight},
+                                    {"camera x", "m", 1, kPlace, turn},
+                                    {"camera y", "m", 1, kPlace, turn},
+                                    {"wheel way scale", "", 1, kScale, straight},
+                                    {"wheel turn scale", "", 1, kScale, turn},
+                                    {"gyro turn scale", "", 1, kScale, turn},
+                                    {"wheel delay", "s", 1, kDelay, change},
+                                    {"gyro delay", "s", 1, kDelay, change}};
+  std::array<Quantity, kNumQuantities> quantities;
+  for (size_t i = 0; i < kNumQuantities; ++i) {
+    const Row& row = rows[i];
+    quantities[i] = {row.name, row.unit,  p[i] * row.factor, sigmas[i] * row.factor,
+                     row.bar,  row.remedy};
+  }
+  return quantities;
+}
+
+}  // namespace
+
+Result<DriveCalibration> CalibrateDrive(const std::vector<CameraPose>& vision,
+                                        const std::vector<WheelSample>& wheels,
+                                        const std::vector<ImuSample>& imu,
+                                        const Calibration& given) {
+  const Sensors sensors = MakeSensors(wheels, imu, given);
+  if (!sensors.has_wheels) {
+    return Error{ErrorCode::kBadData,
+                 "the drive has no wheel samples: nothing tells where ahead is"};
+  }
+  const std::vector<Step> steps = MakeSteps(vision, sensors, given);
+  if (std::ssize(steps) < kFewestSteps) {
+    return Error{ErrorCode::kBadData,
+                 "vision, wheels and gyro have only " + std::to_string(steps.size()) +
+                     " steps of half a second in common; drive for a minute past textured things"};
+  }
+  std::array<double, kParameters> p{};
+  p[kWheelWay] = p[kWheelTurn] = p[kGyroTurn] = 1;
+  p[kWheelDelay] = given.wheel.time_offset_s;
+  p[kGyroDelay] = given.imu.time_offset_s;
+  const SE3& T_BC = given.camera.T_BC;
+  // Begins with the noise of a fair camera; then with that of the residuals, which settles at once.
+  std::array<double, kKinds> noise = {0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01};
+  Normal information;
+  for (int round = 0; round < 4; ++round) {
+    information = Solve(steps, sensors, T_BC, noise, p.data());
+    noise = MeasureNoise(steps, sensors, T_BC, p.data());
+  }
+  information = Solve(steps, sensors, T_BC, noise, p.data());
+  DriveCalibration found;
+  found.quantities = Describe(p.data(), SigmasOf(information));
+  found.noise = noise;
+  found.steps = static_cast<int>(steps.size());
+  for (const Step& step : steps) {
+    found.way_m += step.T_CaCb.translation().norm();
+    found.turn_rad += LogSO3(step.T_CaCb.rotation()).norm();
+  }
+  const auto& q = found.quantities;
+  const auto use = [&](int i) {
+    return q[static_cast<size_t>(i)].determined() ? p[static_cast<size_t>(i)] : 0.0;
+  };
+  found.T_BC = SE3(ExpSO3({use(kRoll), use(kPitch), use(kYaw)}) * T_BC.rotation(),
+                   T_BC.translation() + Eigen::Vector3d(use(kX), use(kY), 0));
+  return found;
+}
+
+Calibration Corrected(const Calibration& given, const DriveCalibration& found) {
+  Calibration out = given;
+  const auto& q = found.quantities;
+  out.camera.T_BC = found.T_BC;
+  if (q[kWheelDelay].determined()) out.wheel.time_offset_s = q[kWheelDelay].value;
+  if (q[kGyroDelay].determined() && given.imu.present) out.imu.time_offset_s = q[kGyroDelay].value;
+  if (q[kWheelWay].determined()) out.wheel.ticks_per_metre /= q[kWheelWay].value;
+  if (q[kWheelTurn].determined() && q[kWheelWay].determined()) {
+    out.wheel.track_width_m *= q[kWheelWay].value / q[kWheelTurn].value;
+  }
+  return out;
+}
+
+}  // namespace gw::calibrate

@@ -20,7 +20,8 @@ STRUCTURE = {
     "kX": "index", "kY": "index", "kZ": "index", "kHeading": "index", "kWayScale": "index", "kTurnScale": "index",
     "kTaken": "mark", "kFree": "mark", "kInfinity": "infinity", "kNan": "not a number",
     "kBlock": "width of a vector", "kSlack": "width of a vector", "kWeightSum": "fixed point", "kShift": "fixed point",
-    "kOrbPatchRadius": "size of a table", "kTables": "groups of 256 bits", "kBits": "groups of 256 bits",
+    "kOrbPatchRadius": "size of a table", "kMaxLevels": "size of a table", "kMaxCompared": "size of a table",
+    "kPatchRadius": "size of a table", "kSearch": "size of a table", "kTables": "groups of 256 bits", "kBits": "groups of 256 bits",
 }
 
 

@@ -1,13 +1,13 @@
 #include "backend/journal/load.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <limits>
@@ -185,9 +185,7 @@ void RollForward(const std::string& path, const std::vector<uint8_t>& bytes, Loa
 }  // namespace
 
 std::string GenerationPath(const std::string& directory, int64_t generation) {
-  char name[48];
-  std::snprintf(name, sizeof(name), "map-%08lld.gwj", static_cast<long long>(generation));
-  return directory + "/" + name;
+  return fmt::format("{}/map-{:08}.gwj", directory, generation);
 }
 
 std::vector<int64_t> Generations(const std::string& directory) {

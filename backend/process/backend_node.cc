@@ -1,5 +1,6 @@
 #include "backend/process/backend_node.h"
 
+#include <iterator>
 #include <utility>
 
 #include "common/camera/camera_model.h"
@@ -10,6 +11,49 @@ namespace gw::backend {
 namespace {
 
 constexpr DurationUs kJournalRetry = Milliseconds(5000);
+
+// Names of the counters in HEALTH.
+constexpr std::pair<const char*, int64_t MapperCounters::*> kMapperCounters[] = {
+    {"map.keyframes_inserted", &MapperCounters::keyframes_inserted},
+    {"KEYFRAME.duplicate", &MapperCounters::keyframes_duplicate},
+    {"KEYFRAME.rejected", &MapperCounters::keyframes_rejected},
+    {"map.keyframes_culled", &MapperCounters::keyframes_culled},
+    {"map.observations_accepted", &MapperCounters::observations_accepted},
+    {"map.observations_unknown", &MapperCounters::observations_unknown},
+    {"map.observations_repeated", &MapperCounters::observations_repeated},
+    {"map.observations_found", &MapperCounters::observations_found},
+    {"map.landmarks_invalid", &MapperCounters::landmarks_invalid},
+    {"map.landmarks_created", &MapperCounters::landmarks_created},
+    {"map.landmarks_triangulated", &MapperCounters::landmarks_triangulated},
+    {"map.landmarks_merged", &MapperCounters::landmarks_merged},
+    {"map.landmarks_culled", &MapperCounters::landmarks_culled},
+    {"map.dr_rejected", &MapperCounters::dr_rejected},
+    {"local_ba.applied", &MapperCounters::local_ba_applied},
+    {"local_ba.stale", &MapperCounters::local_ba_stale},
+    {"local_ba.failed", &MapperCounters::local_ba_failed},
+    {"global_ba.applied", &MapperCounters::global_ba_applied},
+    {"global_ba.stale", &MapperCounters::global_ba_stale},
+    {"global_ba.failed", &MapperCounters::global_ba_failed},
+};
+static_assert(sizeof(MapperCounters) == sizeof(int64_t) * std::size(kMapperCounters));
+constexpr std::pair<const char*, int64_t LoopCounters::*> kLoopCounters[] = {
+    {"loops.candidates", &LoopCounters::candidates},
+    {"loops.fits", &LoopCounters::fits},
+    {"loops.inconsistent", &LoopCounters::inconsistent},
+    {"loops.refused_by_dr", &LoopCounters::refused_by_dr},
+    {"loops.closed", &LoopCounters::closed},
+    {"loops.removed", &LoopCounters::removed},
+};
+static_assert(sizeof(LoopCounters) == sizeof(int64_t) * std::size(kLoopCounters));
+
+void ReportCounters(const Mapper& mapper, process::HealthReporter& health) {
+  for (const auto& [name, member] : kMapperCounters) {
+    health.SetCounter(name, mapper.counters().*member);
+  }
+  for (const auto& [name, member] : kLoopCounters) {
+    health.SetCounter(name, mapper.loop_counters().*member);
+  }
+}
 
 }  // namespace
 
@@ -101,10 +145,8 @@ void BackendNode::Insert(const Keyframe& keyframe, bool journalled, process::She
   const InsertResult result = mapper_.Insert(keyframe);
   switch (result.status) {
     case InsertResult::Status::kDuplicate:
-      shell.health().Count("KEYFRAME.duplicate");
       return;
     case InsertResult::Status::kRejected:
-      shell.health().Count("KEYFRAME.rejected");
       shell.log().Write(
           shell.Now(), process::Severity::kWarning, "keyframe.rejected",
           {{"why", result.reason}, {"action", "check that all processes use one robot YAML"}});
@@ -158,7 +200,6 @@ void BackendNode::TakeLoop(const LoopGraphResult& result, process::Shell& shell)
   loop_runs_ = false;
   if (const auto update = mapper_.Apply(result)) Publish(*update, shell);
   if (!result.closed()) return;
-  shell.health().Count("loops.closed");
   global_wanted_ = true;
   if (global_solver_.busy()) {
     global_solver_.Abandon();
@@ -203,6 +244,7 @@ bool BackendNode::Step(process::Shell& shell) {
     shell.Publish(wire::kMapUpdate, *message);
   }
   CareForJournal(shell);
+  ReportCounters(mapper_, shell.health());
   if (journal_ && journal_->failed()) {
     shell.health().SetState(HealthState::kDegraded, journal_->failure());
   } else {

@@ -61,7 +61,7 @@ SolverThread::Outcome SolverThread::Solve(const Job& job) {
   }
   const auto& bundle = std::get<LocalBaJob>(job);
   try {
-    return SolveLocalBa(bundle, &abandon_);
+    return SolveLocalBa(bundle, [this] { return abandon_.load(); });
   } catch (const std::exception&) {
     LocalBaResult failed;  // not usable; the mapper counts it
     failed.revision = bundle.revision;

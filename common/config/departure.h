@@ -24,6 +24,7 @@ enum class Departure : uint8_t {
   kReportedNoise,
   kKnownNoise,
   kTrust,
+  kLooksHealthy,
   kEdgeLoss,
   kPoseGraph,
   kWay,
@@ -42,7 +43,7 @@ struct NamedDeparture {
   const char* name;  // lower case letters and underscores
 };
 
-inline constexpr std::array<NamedDeparture, 21> kDepartures = {{
+inline constexpr std::array<NamedDeparture, 22> kDepartures = {{
     {Departure::kCorners, "corners"},
     {Departure::kTwoAlphas, "two_alphas"},
     {Departure::kCloseLinks, "close_links"},
@@ -53,6 +54,7 @@ inline constexpr std::array<NamedDeparture, 21> kDepartures = {{
     {Departure::kReportedNoise, "reported_noise"},
     {Departure::kKnownNoise, "known_noise"},
     {Departure::kTrust, "trust"},
+    {Departure::kLooksHealthy, "looks_healthy"},
     {Departure::kEdgeLoss, "edge_loss"},
     {Departure::kPoseGraph, "pose_graph"},
     {Departure::kWay, "way"},

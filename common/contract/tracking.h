@@ -13,7 +13,7 @@ enum class TrackingStatus : int32_t {
   kInvalid = 0,
   kInitializing = 1,  // no map yet: waiting for an image with enough depth
   kTracking = 2,      // vision carries the pose
-  kDegraded = 3,      // vision is weak; DR carries noticeable weight
+  kDegraded = 3,      // vision is weak and DR carries noticeable weight, or the two contradict
   kDrOnly = 4,        // no usable vision; the pose is the DR prediction
   kRecovering = 5,    // where in the map is not known, in doubt, not yet confirmed, or only now
   kLost = 6,          // neither vision nor DR; the pose is extrapolated and its covariance says so
@@ -31,6 +31,8 @@ enum class TrackingReason : int32_t {
   kTimeReversed = 7,         // the image is not newer than the one before; not used
   kPlaceUnknown = 8,         // not found yet in the map that is there
   kDrContradictsVision = 9,  // healthy vision goes on without dead reckoning, which is wrong
+  kFixedInImage = 10,        // most of what is seen is fixed to the camera, and left out
+  kEyesApart = 11,           // the two images of a pair are not of one instant: no depth
 };
 
 struct FramePose {
@@ -50,7 +52,7 @@ struct FramePose {
   int32_t num_tracked = 0;   // N_trk: matched to the local map in the first stage
   int32_t num_inliers = 0;   // of the final pose
   double q = 0;              // tracking quality, [0, 1]
-  double alpha = 0;          // scale of the DR information; 0 = no DR prior used
+  double alpha = 0;          // FrameDetail::alpha_rotation; 0 = no DR prior used
   double dr_share = 0;  // [0, 1]: share of the DR prior in the trace-normalised pose information
   int64_t map_revision = 0;  // of the map the pose refers to
   KeyframeId reference_keyframe;

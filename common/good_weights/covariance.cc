@@ -31,4 +31,13 @@ Matrix6d ScaledCovariance(const Matrix6d& cov, const DrScale& alpha, const Matri
   return honest.isZero(0) ? scaled : LargerCovariance(scaled, honest);
 }
 
+DrScale EffectiveScale(const Matrix6d& cov, const Matrix6d& scaled) {
+  const auto of_block = [&](int i) {
+    const Eigen::Matrix3d before = cov.block<3, 3>(i, i);
+    const Eigen::Matrix3d after = scaled.block<3, 3>(i, i);
+    return 3 / before.llt().solve(after).trace();
+  };
+  return {of_block(0), of_block(3)};
+}
+
 }  // namespace gw

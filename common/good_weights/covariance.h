@@ -29,4 +29,9 @@ Matrix6d DrCovariance(DurationUs interval, const Matrix6d& reported, const DrWei
 // (docs/adr/0012-no-more-than-dr-knows.md). honest: zero where the scale stands as it is.
 Matrix6d ScaledCovariance(const Matrix6d& cov, const DrScale& alpha, const Matrix6d& honest);
 
+// The scale with which `cov` counts once it has become `scaled`, per block of three:
+// 3 / tr(inv(cov) scaled). It is alpha where the bound does not act, and less where it does. Both
+// positive definite.
+DrScale EffectiveScale(const Matrix6d& cov, const Matrix6d& scaled);
+
 }  // namespace gw

@@ -6,6 +6,7 @@
 
 #include "common/core/covariance.h"
 #include "common/core/random.h"
+#include "common/good_weights/covariance.h"
 #include "common/good_weights/vision_noise.h"
 
 namespace gw {
@@ -128,6 +129,22 @@ TEST(WholeMapEdgeCovariance, IsThatOfLocalBaForABaselineAndForASourceWithoutCova
             EdgeCovariance(unsure, 2.0, Variant::kFixed, {}));
   EXPECT_EQ(WholeMapEdgeCovariance(silent, 2.0, Variant::kFull, {}),
             EdgeCovariance(silent, 2.0, Variant::kFull, {}));
+}
+
+TEST(EffectiveScale, IsAlphaWithoutABoundAndLessWhereItActs) {
+  const Matrix6d cov = NominalCovariance(Milliseconds(100), {});
+  const DrScale alpha{4, 100};
+  const DrScale free = EffectiveScale(cov, ScaledCovariance(cov, alpha, Matrix6d::Zero()));
+  EXPECT_NEAR(free.translation, alpha.translation, 1e-9);
+  EXPECT_NEAR(free.rotation, alpha.rotation, 1e-9);
+  // A source that says of itself no more than the nominal noise counts for no more than that.
+  const DrScale bounded = EffectiveScale(cov, ScaledCovariance(cov, alpha, cov));
+  EXPECT_NEAR(bounded.translation, 1, 1e-9);
+  EXPECT_NEAR(bounded.rotation, 1, 1e-9);
+  // One of three axes that is bounded at 1 leaves the harmonic mean of 1, 4 and 4.
+  Matrix6d one_axis = 1e-3 * cov;
+  one_axis(0, 0) = cov(0, 0);
+  EXPECT_NEAR(EffectiveScale(cov, ScaledCovariance(cov, alpha, one_axis)).translation, 2, 1e-9);
 }
 
 TEST(SqrtInformation, IsTheRootOfTheInverse) {

@@ -49,6 +49,12 @@ Result<EventLogReader> EventLogReader::Open(const std::string& path) {
   return EventLogReader(path, std::move(file), info.st_size);
 }
 
+void EventLogReader::Rewind() {
+  position_ = 0;
+  skipped_bytes_ = 0;
+  truncated_ = false;
+}
+
 const uint8_t* EventLogReader::View(int64_t offset, size_t length) {
   if (offset + static_cast<int64_t>(length) > size_ || error_) return nullptr;
   const int64_t end = window_begin_ + static_cast<int64_t>(window_length_);

@@ -46,6 +46,7 @@ class EventLogReader {
   const std::optional<Error>& error() const { return error_; }
 
   int64_t position() const { return position_; }  // bytes, of the next event; for progress
+  void Rewind();                                  // to the first event
   int64_t size() const { return size_; }
 
  private:

@@ -12,6 +12,7 @@ inline constexpr char kImu[] = "IMU";
 inline constexpr char kWheel[] = "WHEEL";
 inline constexpr char kDr[] = "DR";
 inline constexpr char kFramePose[] = "FRAME_POSE";
+inline constexpr char kFrameDetail[] = "FRAME_DETAIL";
 inline constexpr char kPose[] = "POSE";
 inline constexpr char kKeyframe[] = "KEYFRAME";
 inline constexpr char kKeyframeAck[] = "KEYFRAME_ACK";
@@ -27,7 +28,7 @@ inline constexpr char kNote[] = "NOTE";
 
 // What a receiver that is late does. In every case the loss is counted, by the gap in seq.
 enum class QueuePolicy {
-  kNewest,    // skips to the newest message
+  kNewest,    // uses the newest; older ones may be dropped, the oldest first (docs/channels.md)
   kEvery,     // works through all of them; the queue below covers the longest stall we accept
   kReliable,  // as kEvery, and what is lost nevertheless is sent again
 };
@@ -43,13 +44,14 @@ struct Channel {
   int queue_capacity;
 };
 
-inline constexpr std::array<Channel, 17> kChannels{{
+inline constexpr std::array<Channel, 18> kChannels{{
     {kCamera, "camera_t", "gw-camera, gw-sim, importer", "30 Hz", QueuePolicy::kNewest, 30},
     {kImu, "imu_t", "gw-camera, gw-kobuki, gw-sim, importer", "100-400 Hz", QueuePolicy::kEvery,
      2000},
     {kWheel, "wheel_t", "gw-kobuki, gw-sim, importer", "20-50 Hz", QueuePolicy::kEvery, 500},
     {kDr, "dr_t", "gw-dr-ekf, importer", "rate of the IMU or gyro", QueuePolicy::kEvery, 2000},
     {kFramePose, "frame_pose_t", "gw-frontend", "every image", QueuePolicy::kNewest, 100},
+    {kFrameDetail, "frame_detail_t", "gw-frontend", "every image", QueuePolicy::kNewest, 100},
     {kPose, "pose_t", "gw-dr-ekf", "DR rate", QueuePolicy::kNewest, 1000},
     {kKeyframe, "keyframe_t", "gw-frontend", "on demand", QueuePolicy::kReliable, 100},
     {kKeyframeAck, "ack_t", "gw-backend", "after each KEYFRAME", QueuePolicy::kNewest, 100},

@@ -3,6 +3,7 @@
 #include <gw_lcm/base_command_t.hpp>
 #include <gw_lcm/camera_t.hpp>
 #include <gw_lcm/dr_t.hpp>
+#include <gw_lcm/frame_detail_t.hpp>
 #include <gw_lcm/frame_pose_t.hpp>
 #include <gw_lcm/ground_truth_t.hpp>
 #include <gw_lcm/health_t.hpp>
@@ -31,12 +32,11 @@ int64_t FindFingerprint(std::string_view type) {
 }  // namespace
 
 int64_t FingerprintOf(std::string_view type) {
-  const int64_t fingerprint =
-      FindFingerprint<gw_lcm::camera_t, gw_lcm::imu_t, gw_lcm::wheel_t, gw_lcm::dr_t,
-                      gw_lcm::frame_pose_t, gw_lcm::pose_t, gw_lcm::keyframe_t, gw_lcm::ack_t,
-                      gw_lcm::map_update_t, gw_lcm::map_request_t, gw_lcm::place_query_t,
-                      gw_lcm::place_match_t, gw_lcm::health_t, gw_lcm::base_command_t,
-                      gw_lcm::ground_truth_t, gw_lcm::note_t>(type);
+  const int64_t fingerprint = FindFingerprint<
+      gw_lcm::camera_t, gw_lcm::imu_t, gw_lcm::wheel_t, gw_lcm::dr_t, gw_lcm::frame_detail_t,
+      gw_lcm::frame_pose_t, gw_lcm::pose_t, gw_lcm::keyframe_t, gw_lcm::ack_t, gw_lcm::map_update_t,
+      gw_lcm::map_request_t, gw_lcm::place_query_t, gw_lcm::place_match_t, gw_lcm::health_t,
+      gw_lcm::base_command_t, gw_lcm::ground_truth_t, gw_lcm::note_t>(type);
   GW_CHECK(fingerprint != 0);
   return fingerprint;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/core/random.h"
+#include "common/wire/frame_detail.h"
 #include "common/wire/wire.h"
 
 namespace gw::wire::testing {
@@ -93,6 +94,22 @@ class RandomMessages {
     m.dr_seq = Big();
     m.dr_reset_counter = Word();
     m.latency_us = Count();
+  }
+  void Fill(FrameDetail& m) {
+    m.utime = Time();
+    m.seq = Big();
+    m.q = rng_.Uniform();
+    m.q_close = rng_.Uniform();
+    m.alpha_translation = std::abs(Real());
+    m.alpha_rotation = std::abs(Real());
+    m.bounded_translation = std::abs(Real());
+    m.bounded_rotation = std::abs(Real());
+    m.bound = static_cast<AlphaBound>(Count(6));
+    for (int i = 0; i < 6; ++i) m.dr_share[i] = rng_.Uniform();
+    m.features.clear();
+    for (int i = Count(40); i > 0; --i) {
+      m.features.push_back({Real32(), Real32(), static_cast<FeatureFate>(Count(4))});
+    }
   }
   void Fill(gw::Pose& m) {
     m.utime = Time();

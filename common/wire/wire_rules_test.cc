@@ -4,6 +4,7 @@
 
 #include <gw_lcm/base_command_t.hpp>
 #include <gw_lcm/dr_t.hpp>
+#include <gw_lcm/frame_detail_t.hpp>
 #include <gw_lcm/frame_pose_t.hpp>
 #include <gw_lcm/ground_truth_t.hpp>
 #include <gw_lcm/health_t.hpp>
@@ -15,6 +16,7 @@
 #include <gw_lcm/wheel_t.hpp>
 #include <limits>
 
+#include "common/wire/frame_detail.h"
 #include "common/wire/generated.h"
 #include "common/wire/testing.h"
 #include "common/wire/wire.h"
@@ -92,12 +94,14 @@ TEST(WireRules, EnumsCountsAndSharesAreInRange) {
   for (const int bad : {-1, 7, 1 << 30}) {
     EXPECT_REFUSED(FramePose, frame_pose_t, "status", m.status = bad);
   }
-  EXPECT_REFUSED(FramePose, frame_pose_t, "reason", m.reason = 10);
+  EXPECT_REFUSED(FramePose, frame_pose_t, "reason", m.reason = 12);
   EXPECT_REFUSED(Health, health_t, "state", m.state = 5);
   EXPECT_REFUSED(FramePose, frame_pose_t, "num_inliers", m.num_inliers = -1);
   EXPECT_REFUSED(FramePose, frame_pose_t, "quality", m.quality = 1.01);
   EXPECT_REFUSED(FramePose, frame_pose_t, "dr_share", m.dr_share = -0.01);
   EXPECT_REFUSED(FramePose, frame_pose_t, "alpha", m.alpha = -1);
+  EXPECT_REFUSED(FrameDetail, frame_detail_t, "quality_close", m.quality_close = 1.01);
+  EXPECT_REFUSED(FrameDetail, frame_detail_t, "bounded_rotation", m.bounded_rotation = -1);
   EXPECT_REFUSED(WheelSample, wheel_t, "left_ticks", m.left_ticks = 65536);
   EXPECT_REFUSED(WheelSample, wheel_t, "right_ticks", m.right_ticks = -1);
   EXPECT_REFUSED(DrState, dr_t, "reset_counter", m.reset_counter = int64_t{1} << 32);

@@ -7,6 +7,7 @@
 #include <gw_lcm/ack_t.hpp>
 #include <gw_lcm/base_command_t.hpp>
 #include <gw_lcm/dr_t.hpp>
+#include <gw_lcm/frame_detail_t.hpp>
 #include <gw_lcm/frame_pose_t.hpp>
 #include <gw_lcm/ground_truth_t.hpp>
 #include <gw_lcm/health_t.hpp>
@@ -115,6 +116,24 @@ void ExpectSame(const gw_lcm::dr_t& g, const DrState& m) {
   EXPECT_EQ(g.wheels_alive, m.wheels_alive);
   EXPECT_EQ(g.imu_alive, m.imu_alive);
   EXPECT_EQ(g.synthetic, m.synthetic);
+}
+void ExpectSame(const gw_lcm::frame_detail_t& g, const FrameDetail& m) {
+  EXPECT_EQ(g.utime, m.utime.us);
+  EXPECT_EQ(g.seq, m.seq);
+  EXPECT_EQ(g.alpha_translation, m.alpha_translation);
+  EXPECT_EQ(g.alpha_rotation, m.alpha_rotation);
+  EXPECT_EQ(g.quality, m.q);
+  EXPECT_EQ(g.quality_close, m.q_close);
+  EXPECT_EQ(g.bounded_translation, m.bounded_translation);
+  EXPECT_EQ(g.bounded_rotation, m.bounded_rotation);
+  EXPECT_EQ(g.alpha_bound, static_cast<int>(m.bound));
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(g.dr_share_B[i], m.dr_share[i]);
+  ASSERT_EQ(g.features.size(), m.features.size());
+  for (size_t i = 0; i < m.features.size(); ++i) {
+    EXPECT_EQ(g.features[i].seen_u_px, m.features[i].u);
+    EXPECT_EQ(g.features[i].seen_v_px, m.features[i].v);
+    EXPECT_EQ(g.features[i].fate, static_cast<uint8_t>(m.features[i].fate));
+  }
 }
 void ExpectSame(const gw_lcm::frame_pose_t& g, const FramePose& m) {
   EXPECT_EQ(g.utime, m.utime.us);
@@ -302,8 +321,8 @@ using AllTypes = ::testing::Types<
     Pair<ImuSample, gw_lcm::imu_t>, Pair<WheelSample, gw_lcm::wheel_t>,
     Pair<GroundTruth, gw_lcm::ground_truth_t>, Pair<BaseCommand, gw_lcm::base_command_t>,
     Pair<Note, gw_lcm::note_t>, Pair<Ack, gw_lcm::ack_t>, Pair<DrState, gw_lcm::dr_t>,
-    Pair<FramePose, gw_lcm::frame_pose_t>, Pair<Pose, gw_lcm::pose_t>,
-    Pair<Health, gw_lcm::health_t>, Pair<Keyframe, gw_lcm::keyframe_t>,
+    Pair<FrameDetail, gw_lcm::frame_detail_t>, Pair<FramePose, gw_lcm::frame_pose_t>,
+    Pair<Pose, gw_lcm::pose_t>, Pair<Health, gw_lcm::health_t>, Pair<Keyframe, gw_lcm::keyframe_t>,
     Pair<MapUpdate, gw_lcm::map_update_t>, Pair<MapRequest, gw_lcm::map_request_t>,
     Pair<PlaceQuery, gw_lcm::place_query_t>, Pair<PlaceMatch, gw_lcm::place_match_t>>;
 TYPED_TEST_SUITE(Wire, AllTypes);

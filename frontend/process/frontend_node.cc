@@ -4,6 +4,7 @@
 
 #include "common/camera/camera_model.h"
 #include "common/wire/channels.h"
+#include "common/wire/frame_detail.h"
 
 namespace gw::frontend {
 namespace {
@@ -96,6 +97,7 @@ void FrontendNode::ProcessImage(const WaitingImage& image, process::Shell& shell
   TrackerOutput out = tracker_.Push(image.camera.frame);
   const DurationUs latency = shell.Now() - image.received;
   out.pose.latency_us = latency.us;
+  shell.Publish(wire::kFrameDetail, wire::Encode(out.detail));
   shell.Publish(wire::kFramePose, wire::Encode(out.pose));
   shell.health().AddLatency(latency);
   status_ = out.pose.status;
@@ -103,6 +105,8 @@ void FrontendNode::ProcessImage(const WaitingImage& image, process::Shell& shell
   if (reason_ == TrackingReason::kTimeReversed) shell.health().Count("CAMERA.time_reversed");
   if (reason_ == TrackingReason::kDrContradictsVision)
     shell.health().Count("DR.contradicts_vision");
+  if (reason_ == TrackingReason::kEyesApart) shell.health().Count("CAMERA.eyes_apart");
+  if (reason_ == TrackingReason::kFixedInImage) shell.health().Count("CAMERA.fixed_in_image");
   last_image_ = shell.Now();
   if (out.query) {
     out.query->seq = ++query_seq_;
@@ -124,14 +128,27 @@ void FrontendNode::ReportHealth(process::Shell& shell) const {
     shell.health().SetState(kDegraded,
                             "where in the map is not known: drive to where it was made, or begin "
                             "a new map");
+  } else if (reason_ == TrackingReason::kEyesApart) {
+    shell.health().SetState(kDegraded,
+                            "left and right image are not of one instant, depth is not used: "
+                            "check the camera's synchronisation and that pairs are not mixed up");
+  } else if (reason_ == TrackingReason::kFixedInImage) {
+    shell.health().SetState(kDegraded,
+                            "most of what the camera sees does not move when the robot does: is "
+                            "the infrared projector on, the lens dirty, or part of the robot in "
+                            "view?");
   } else if (status_ == TrackingStatus::kDrOnly) {
     shell.health().SetState(
         kDegraded, "vision sees nothing, dead reckoning carries the pose: check lens and light");
   } else if (reason_ == TrackingReason::kDrContradictsVision) {
+    const std::string fault = Describe(tracker_.dr_fault());
     shell.health().SetState(
         kDegraded,
-        "dead reckoning contradicts healthy vision and is not used: check wheel "
-        "calibration, axes, signs and units (gw-slam LOG --dr-only names more)");
+        "dead reckoning contradicts healthy vision and is not used: " +
+            (fault.empty()
+                 ? "check wheel calibration, axes, signs and units (gw-slam LOG --dr-only "
+                   "names more)"
+                 : fault));
   } else {
     shell.health().SetState(kOk);
   }

@@ -9,10 +9,9 @@
 namespace gw::backend {
 namespace {
 
-bool HasDepth(const Map& map, const Observation& observation) {
-  const auto& features = map.FindKeyframe(observation.keyframe)->frame.features;
-  const auto index = static_cast<size_t>(observation.feature_index);
-  return index < features.size() && features[index].has_depth();
+bool HasDepth(const MapKeyframe& keyframe, int32_t feature_index) {
+  const auto index = static_cast<size_t>(feature_index);
+  return index < keyframe.frame.features.size() && keyframe.frame.features[index].has_depth();
 }
 
 // Lack of quality of the edge that ends at `to`; a keyframe without an edge lacks nothing.
@@ -23,15 +22,15 @@ double Lack(const Map& map, const MapKeyframe& to, double reference, const DrWei
 }  // namespace
 
 int SharedCloseLandmarks(const Map& map, KeyframeId a, KeyframeId b) {
+  const MapKeyframe& of_a = *map.FindKeyframe(a);
+  const MapKeyframe& of_b = *map.FindKeyframe(b);
   int shared = 0;
-  for (const LandmarkId id : map.FindKeyframe(a)->frame.landmarks) {
-    if (!id.valid()) continue;
-    const std::vector<Observation>& seen = map.FindLandmark(id)->observations;
-    const auto by_keyframe = [](const Observation& o, KeyframeId k) { return o.keyframe < k; };
-    const auto in_b = std::lower_bound(seen.begin(), seen.end(), b, by_keyframe);
-    if (in_b == seen.end() || in_b->keyframe != b) continue;
-    const auto in_a = std::lower_bound(seen.begin(), seen.end(), a, by_keyframe);
-    shared += HasDepth(map, *in_a) || HasDepth(map, *in_b);
+  auto in_b = of_b.seen.begin();
+  for (const auto& [id, feature] : of_a.seen) {
+    while (in_b != of_b.seen.end() && in_b->first < id) ++in_b;
+    if (in_b == of_b.seen.end()) break;
+    if (in_b->first != id) continue;
+    shared += HasDepth(of_a, feature) || HasDepth(of_b, in_b->second);
   }
   return shared;
 }

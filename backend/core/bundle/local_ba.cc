@@ -13,6 +13,7 @@
 
 #include "backend/core/bundle/ceres_blocks.h"
 #include "backend/core/bundle/landmark_fit.h"
+#include "backend/core/bundle/window_solver.h"
 #include "common/core/robust_loss.h"
 #include "common/good_weights/edge_covariance.h"
 
@@ -91,31 +92,79 @@ void SettleLandmarks(const LocalBaJob& job, bool leave_out, State& state) {
 
 class StopWhenAsked final : public ceres::IterationCallback {
  public:
-  explicit StopWhenAsked(const std::atomic<bool>* stop) : stop_(stop) {}
+  explicit StopWhenAsked(const StopCondition& stop) : stop_(stop) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
-    return stop_->load() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+    return stop_() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
   }
 
  private:
-  const std::atomic<bool>* stop_;
+  const StopCondition& stop_;
 };
 
-// One pass over the used observations. False when the solver failed or was stopped; the state is
-// then unspecified.
-bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
-               const std::atomic<bool>* stop, State& state, LocalBaResult& result) {
-  std::deque<ReprojectionCost<2>> mono;  // deques: the costs cannot be moved
-  std::deque<ReprojectionCost<3>> stereo;
-  std::deque<RelativePoseCost> relative;
+// The costs of dead reckoning in a job, and what they share.
+struct DrCosts {
+  ceres::CauchyLoss loss = ceres::CauchyLoss(std::sqrt(kDrRadius2));
+  std::deque<RelativePoseCost> relative;  // deques: the costs cannot be moved
   std::deque<ScaledMotionCost> scaled;
   std::optional<ScalePrior> scale_prior;
+};
+
+// One pass over the used observations of a window. False when it was stopped.
+bool SolveWindow(const LocalBaJob& job, const StopCondition& stop, State& state,
+                 LocalBaResult& result) {
+  WindowSolver solver(job.camera);
+  for (size_t i = 0; i < state.poses.size(); ++i) {
+    solver.AddPose(&state.poses[i], job.keyframes[i].fixed);
+  }
+  DrCosts costs;
+  int scale = -1;
+  if (job.dr_scale_sigma > 0 && !job.dr_edges.empty()) {
+    scale = solver.AddVariable(state.dr_scale_error.data(), 2);
+    costs.scale_prior.emplace(job.dr_scale_sigma);
+    solver.AddCost(&*costs.scale_prior, nullptr, {scale});
+  }
+  ceres::LossFunction* const dr_loss = job.robust_dr ? &costs.loss : nullptr;
+  for (const auto& edge : job.dr_edges) {
+    if (scale >= 0) {
+      costs.scaled.emplace_back(edge.T_FromTo, edge.lever, edge.sqrt_information);
+      solver.AddCost(&costs.scaled.back(), dr_loss, {edge.from, edge.to, scale});
+    } else {
+      costs.relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
+      solver.AddCost(&costs.relative.back(), dr_loss, {edge.from, edge.to});
+    }
+  }
+  std::vector<WindowSolver::Sight> sights;
+  for (size_t i = 0; i < job.observations.size();) {
+    const int32_t landmark = job.observations[i].landmark;
+    sights.clear();
+    for (; i < job.observations.size() && job.observations[i].landmark == landmark; ++i) {
+      if (state.use[i] == Use::kNothing) continue;
+      sights.push_back({job.observations[i].keyframe, job.observations[i].pixel});
+      if (state.use[i] == Use::kPixel) sights.back().pixel.has_depth = false;
+    }
+    if (!sights.empty()) solver.AddLandmark(&state.points[landmark], sights);
+  }
+  WindowSolver::Options options;
+  options.iterations = job.iterations;
+  options.function_tolerance = job.function_tolerance;
+  options.stop = stop;
+  const WindowSolver::Summary summary = solver.Solve(options);
+  result.iterations += summary.iterations;
+  return summary.usable;
+}
+
+// The same for a whole map, whose reduced system is large and sparse. False when the solver failed
+// or was stopped; the state is then unspecified.
+bool SolveWhole(const LocalBaJob& job, const ceres::Manifold& manifold, const StopCondition& stop,
+                State& state, LocalBaResult& result) {
+  std::deque<ReprojectionCost<2>> mono;  // deques: the costs cannot be moved
+  std::deque<ReprojectionCost<3>> stereo;
+  DrCosts costs;
 
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::CauchyLoss cauchy(std::sqrt(kDrRadius2));
-  ceres::LossFunction* const dr_loss = job.robust_dr ? &cauchy : nullptr;
   ownership.disable_all_safety_checks = true;
   ceres::Problem problem(ownership);
 
@@ -140,20 +189,22 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
     }
     ordering->AddElementToGroup(point, 0);
   }
+  ceres::LossFunction* const dr_loss = job.robust_dr ? &costs.loss : nullptr;
   for (const auto& edge : job.dr_edges) {
     double* from = state.poses[edge.from].data();
     double* to = state.poses[edge.to].data();
     if (job.dr_scale_sigma > 0) {
-      scaled.emplace_back(edge.T_FromTo, edge.lever, edge.sqrt_information);
-      problem.AddResidualBlock(&scaled.back(), dr_loss, from, to, state.dr_scale_error.data());
+      costs.scaled.emplace_back(edge.T_FromTo, edge.lever, edge.sqrt_information);
+      problem.AddResidualBlock(&costs.scaled.back(), dr_loss, from, to,
+                               state.dr_scale_error.data());
     } else {
-      relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
-      problem.AddResidualBlock(&relative.back(), dr_loss, from, to);
+      costs.relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
+      problem.AddResidualBlock(&costs.relative.back(), dr_loss, from, to);
     }
   }
-  if (!scaled.empty()) {
-    scale_prior.emplace(job.dr_scale_sigma);
-    problem.AddResidualBlock(&*scale_prior, nullptr, state.dr_scale_error.data());
+  if (!costs.scaled.empty()) {
+    costs.scale_prior.emplace(job.dr_scale_sigma);
+    problem.AddResidualBlock(&*costs.scale_prior, nullptr, state.dr_scale_error.data());
     ordering->AddElementToGroup(state.dr_scale_error.data(), 1);
   }
   if (problem.NumResidualBlocks() == 0) {
@@ -163,18 +214,14 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
 
   ceres::Solver::Options options;
   options.linear_solver_ordering.reset(ordering);
-  // The reduced camera system of a window is small and nearly full, which favours dense. Where
-  // sparse begins to win was not measured; 120 is a guess well above the default window.
-  options.linear_solver_type =
-      job.keyframes.size() > 120 ? ceres::SPARSE_SCHUR : ceres::DENSE_SCHUR;
-  options.dense_linear_algebra_library_type = ceres::EIGEN;
+  options.linear_solver_type = ceres::SPARSE_SCHUR;
   options.num_threads = 1;
   options.max_num_iterations = job.iterations;
   options.function_tolerance = job.function_tolerance;
-  if (job.settle_landmarks) options.initial_trust_region_radius = kWholeSteps;
+  options.initial_trust_region_radius = kWholeSteps;
   options.logging_type = ceres::SILENT;
   StopWhenAsked stop_when_asked(stop);
-  if (stop != nullptr) options.callbacks.push_back(&stop_when_asked);
+  if (stop) options.callbacks.push_back(&stop_when_asked);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   result.iterations += static_cast<int>(summary.iterations.size());
@@ -182,12 +229,12 @@ bool SolvePass(const LocalBaJob& job, const ceres::Manifold& manifold,
 }
 
 // The same with all that belongs to a pass; `gate` as in Classify.
-bool Adjust(const LocalBaJob& job, const ceres::Manifold& manifold, const std::atomic<bool>* stop,
+bool Adjust(const LocalBaJob& job, const ceres::Manifold& manifold, const StopCondition& stop,
             bool gate, State& state, LocalBaResult& result) {
   Classify(job, gate, state);
-  if (!job.settle_landmarks) return SolvePass(job, manifold, stop, state, result);
+  if (!job.settle_landmarks) return SolveWindow(job, stop, state, result);
   SettleLandmarks(job, /*leave_out=*/true, state);
-  if (!SolvePass(job, manifold, stop, state, result)) return false;
+  if (!SolveWhole(job, manifold, stop, state, result)) return false;
   Classify(job, gate, state);
   SettleLandmarks(job, /*leave_out=*/false, state);  // those that sat out follow
   return true;
@@ -220,7 +267,7 @@ double Cost(const LocalBaJob& job, const State& state) {
 
 }  // namespace
 
-LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop) {
+LocalBaResult SolveLocalBa(const LocalBaJob& job, const StopCondition& stop) {
   LocalBaResult result;
   result.revision = job.revision;
   result.newest = job.newest;

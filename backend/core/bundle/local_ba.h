@@ -8,8 +8,8 @@
 // same bytes.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "common/camera/camera_model.h"
@@ -48,9 +48,11 @@ struct LocalBaJob {
   double dr_scale_sigma = 0;
   bool robust_dr = true;  // DR edges have Cauchy's loss; else plain squares, as in the paper
   RectifiedCamera camera;
-  int iterations = 10;                     // per pass
-  double function_tolerance = 1e-4;        // relative change of the cost at which a pass ends early
-  bool settle_landmarks = false;           // each landmark by itself before all move together
+  int iterations = 10;               // per pass
+  double function_tolerance = 1e-4;  // relative change of the cost at which a pass ends early
+  // A whole map: its reduced system is solved as a sparse one, and each landmark settles by itself
+  // before all move together.
+  bool settle_landmarks = false;
   std::vector<KeyframeState> keyframes;    // sorted by id; at least one is fixed
   std::vector<LandmarkState> landmarks;    // sorted by id; each has at least two observations
   std::vector<SeenLandmark> observations;  // sorted by landmark, then keyframe
@@ -86,8 +88,10 @@ struct LocalBaResult {
          cost_after = 0;  // robust cost of the observations kept to the end, and DR
 };
 
-// Global BA is the same over the whole map. It takes seconds: when `stop` (may be null) turns true,
-// the solve ends at its next iteration, and the result is not usable.
-LocalBaResult SolveLocalBa(const LocalBaJob& job, const std::atomic<bool>* stop = nullptr);
+// Global BA is the same over the whole map. It takes seconds: when `stop` (may be empty) answers
+// true, the solve ends at its next iteration, and the result is not usable. It is asked on the
+// thread that solves.
+using StopCondition = std::function<bool()>;
+LocalBaResult SolveLocalBa(const LocalBaJob& job, const StopCondition& stop = {});
 
 }  // namespace gw::backend

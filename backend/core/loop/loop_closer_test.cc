@@ -233,8 +233,7 @@ TEST(LoopCloser, GlobalBaIsAbandonedWhenAsked) {
   World world(Forgetful());
   Drive drive;
   drive.Run(world, 0, 20);
-  const std::atomic<bool> stop{true};
-  const LocalBaResult result = SolveLocalBa(*drive.mapper.BuildGlobalJob(), &stop);
+  const LocalBaResult result = SolveLocalBa(*drive.mapper.BuildGlobalJob(), [] { return true; });
   EXPECT_FALSE(result.usable);
   EXPECT_FALSE(drive.mapper.ApplyGlobal(result));
 }

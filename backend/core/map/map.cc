@@ -30,6 +30,11 @@ bool Before(const Observation& a, KeyframeId b) {
   return a.keyframe < b;
 }
 
+auto PlaceIn(std::vector<std::pair<LandmarkId, int32_t>>& seen, LandmarkId id) {
+  return std::lower_bound(seen.begin(), seen.end(), id,
+                          [](const auto& entry, LandmarkId other) { return entry.first < other; });
+}
+
 }  // namespace
 
 DrIncrement Compose(const DrIncrement& ab, const DrIncrement& bc) {
@@ -126,6 +131,8 @@ bool Map::Link(Landmark& landmark, const Observation& observation) {
   if (at != list.end() && at->keyframe == observation.keyframe) return false;
   list.insert(at, observation);
   slots[index] = landmark.id;
+  keyframe->seen.insert(PlaceIn(keyframe->seen, landmark.id),
+                        {landmark.id, observation.feature_index});
   ++keyframe->num_observations;
   return true;
 }
@@ -136,6 +143,7 @@ void Map::Unlink(Landmark& landmark, size_t which) {
   Share(landmark, gone.keyframe, -1);
   landmark.observations.erase(landmark.observations.begin() + static_cast<std::ptrdiff_t>(which));
   keyframe.frame.landmarks[static_cast<size_t>(gone.feature_index)] = {};
+  keyframe.seen.erase(PlaceIn(keyframe.seen, landmark.id));
   --keyframe.num_observations;
 }
 

@@ -31,6 +31,9 @@ struct MapKeyframe {
   KeyframeId next;               // the keyframe whose `previous` this is
   double dr_alpha = 0;           // scale of the DR information from `previous`; 0 = none yet
   int32_t num_observations = 0;  // landmarks it observes
+  // The landmarks that it observes and with which feature, sorted by landmark: what
+  // `frame.landmarks` says, in the order in which two keyframes can be compared.
+  std::vector<std::pair<LandmarkId, int32_t>> seen;
   // Keyframes that share landmarks with this one, and how many; sorted by id.
   std::vector<std::pair<KeyframeId, int32_t>> covisible;
 };

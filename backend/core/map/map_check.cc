@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "backend/core/map/keyframe_check.h"
 
@@ -56,6 +57,10 @@ class Checker {
           !std::binary_search(landmark->observations.begin(), landmark->observations.end(), own)) {
         Fault(id, "has a feature of a landmark that does not know it");
       }
+      const std::pair<LandmarkId, int32_t> seen{f.landmarks[i], own.feature_index};
+      if (!std::binary_search(keyframe.seen.begin(), keyframe.seen.end(), seen)) {
+        Fault(id, "does not list a landmark that it observes");
+      }
     }
   }
 
@@ -105,7 +110,8 @@ class Checker {
   }
 
   void CheckCounts(KeyframeId id, const MapKeyframe& keyframe) {
-    if (keyframe.num_observations != num_observations_[id]) {
+    if (keyframe.num_observations != num_observations_[id] ||
+        std::cmp_not_equal(keyframe.seen.size(), num_observations_[id])) {
       Fault(id, "has a wrong count of observations");
     }
     const std::map<KeyframeId, int32_t>& shared = shared_[id];

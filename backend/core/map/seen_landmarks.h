@@ -13,9 +13,7 @@ namespace gw::backend {
 std::vector<LandmarkId> SeenLandmarks(const Map& map, const auto& keyframes) {
   std::vector<LandmarkId> out;
   for (const KeyframeId id : keyframes) {
-    for (const LandmarkId landmark : map.FindKeyframe(id)->frame.landmarks) {
-      if (landmark.valid()) out.push_back(landmark);
-    }
+    for (const auto& [landmark, feature] : map.FindKeyframe(id)->seen) out.push_back(landmark);
   }
   std::sort(out.begin(), out.end());
   out.erase(std::unique(out.begin(), out.end()), out.end());

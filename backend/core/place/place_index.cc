@@ -92,6 +92,40 @@ void PlaceIndex::Erase(KeyframeId id) {
   blocks_.erase(it);
 }
 
+// A feature of the query on its way through the index. Every step of the way (the buckets, their
+// entries, the descriptors of those that are told apart no further) lies elsewhere in a memory much
+// larger than the caches: a step asks for what the next one reads, and others are done meanwhile.
+struct PlaceIndex::Lookup {
+  std::array<uint16_t, kTables> groups;
+  std::vector<Entry> alike;  // entries that share a group and resemble the feature in their sketch
+};
+
+void PlaceIndex::FetchBuckets(const Descriptor& descriptor, Lookup& lookup) const {
+  lookup.groups = Groups(descriptor);
+  for (int table = 0; table < kTables; ++table) {
+    __builtin_prefetch(&Bucket(table, lookup.groups[table]));
+  }
+}
+
+void PlaceIndex::FetchEntries(const Lookup& lookup) const {
+  for (int table = 0; table < kTables; ++table) {
+    const std::vector<Entry>& bucket = Bucket(table, lookup.groups[table]);
+    for (size_t i = 0; i < bucket.size(); i += kEntriesPerLine) __builtin_prefetch(&bucket[i]);
+  }
+}
+
+void PlaceIndex::FetchDescriptors(Lookup& lookup) const {
+  lookup.alike.clear();
+  for (int table = 0; table < kTables; ++table) {
+    const uint16_t sketch = SketchFor(lookup.groups, table);
+    for (const Entry& entry : Bucket(table, lookup.groups[table])) {
+      if (__builtin_popcount(entry.sketch ^ sketch) > kMaxSketchDistance) continue;
+      lookup.alike.push_back(entry);
+      __builtin_prefetch(slots_[entry.slot].descriptors.data() + entry.feature);
+    }
+  }
+}
+
 std::vector<PlaceScore> PlaceIndex::Query(const std::vector<Descriptor>& descriptors) const {
   struct Tally {
     double weight = 0;
@@ -102,20 +136,15 @@ std::vector<PlaceScore> PlaceIndex::Query(const std::vector<Descriptor>& descrip
   std::vector<uint32_t> answers;
   const double num_keyframes = static_cast<double>(blocks_.size());
   double total = 0;
-  for (size_t i = 0; i < descriptors.size(); ++i) {
-    const auto groups = Groups(descriptors[i]);
+  const auto compare = [&](size_t i, const Lookup& lookup) {
     answers.clear();
-    for (int table = 0; table < kTables; ++table) {
-      const uint16_t sketch = SketchFor(groups, table);
-      for (const Entry& entry : buckets_[static_cast<size_t>(table) << kBits | groups[table]]) {
-        if (__builtin_popcount(entry.sketch ^ sketch) > kMaxSketchDistance) continue;
-        Tally& t = tally[entry.slot];
-        if (t.answered == i + 1) continue;
-        const Descriptor& other = slots_[entry.slot].descriptors[entry.feature];
-        if (HammingDistance(descriptors[i], other) > kMaxDistance) continue;
-        t.answered = i + 1;
-        answers.push_back(entry.slot);
-      }
+    for (const Entry& entry : lookup.alike) {
+      Tally& t = tally[entry.slot];
+      if (t.answered == i + 1) continue;
+      const Descriptor& other = slots_[entry.slot].descriptors[entry.feature];
+      if (HammingDistance(descriptors[i], other) > kMaxDistance) continue;
+      t.answered = i + 1;
+      answers.push_back(entry.slot);
     }
     const double weight =
         std::log((num_keyframes + 1) / static_cast<double>(std::max<size_t>(answers.size(), 1)));
@@ -124,7 +153,17 @@ std::vector<PlaceScore> PlaceIndex::Query(const std::vector<Descriptor>& descrip
       tally[slot].weight += weight;
       ++tally[slot].matches;
     }
+  };
+
+  std::array<Lookup, 4> lookups;  // of four features in a row, each one step behind the next
+  const size_t n = descriptors.size();
+  for (size_t i = 0; i < n + 3; ++i) {
+    if (i < n) FetchBuckets(descriptors[i], lookups[i % 4]);
+    if (i >= 1 && i - 1 < n) FetchEntries(lookups[(i - 1) % 4]);
+    if (i >= 2 && i - 2 < n) FetchDescriptors(lookups[(i - 2) % 4]);
+    if (i >= 3) compare(i - 3, lookups[(i - 3) % 4]);
   }
+
   std::vector<PlaceScore> out;
   for (const auto& [id, slot] : blocks_) {
     if (tally[slot].matches > 0) {

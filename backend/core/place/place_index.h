@@ -63,10 +63,21 @@ class PlaceIndex {
     std::vector<Descriptor> descriptors;
   };
 
+  static constexpr size_t kEntriesPerLine = 64 / sizeof(Entry);  // of the cache
+
   uint32_t TakeSlot();
   std::vector<Entry>& Bucket(int table, uint16_t key) {
     return buckets_[static_cast<size_t>(table) << kBits | key];
   }
+  const std::vector<Entry>& Bucket(int table, uint16_t key) const {
+    return buckets_[static_cast<size_t>(table) << kBits | key];
+  }
+
+  // The steps of a query, see Query().
+  struct Lookup;
+  void FetchBuckets(const Descriptor& descriptor, Lookup& lookup) const;
+  void FetchEntries(const Lookup& lookup) const;
+  void FetchDescriptors(Lookup& lookup) const;
 
   std::map<KeyframeId, uint32_t> blocks_;  // slot of each keyframe
   std::vector<Block> slots_;

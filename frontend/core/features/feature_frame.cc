@@ -43,6 +43,7 @@ class FeatureExtractor::Impl {
     out->features.clear();
     out->descriptors.clear();
     out->num_detected = 0;
+    out->row_offsets.clear();
     if (!Fits(frame.left, PixelFormat::kGray8)) return Outcome::kBadImage;
     const Outcome outcome =
         kind_ == CameraKind::kStereo ? ExtractStereo(frame, out) : ExtractRgbd(frame, out);
@@ -90,6 +91,9 @@ class FeatureExtractor::Impl {
       out->features[i].depth = depth;
       out->features[i].u_right = out->features[i].u - disparities_[i];
     }
+    matcher_.MeasureRowOffsets({left_.pyramid(), left_keypoints_, left_descriptors_},
+                               {right_->pyramid(), right_keypoints_, right_descriptors_},
+                               &out->row_offsets);
     return Outcome::kOk;
   }
 

@@ -19,9 +19,17 @@ namespace gw::frontend {
 // (depth > 0, inside the camera's depth range) has u_right = u - bf / depth; near the left edge of
 // an RGB-D image that may be negative, so ask has_depth(), not the sign of u_right.
 struct FeatureFrame {
+  // How far the partner of a feature lies below its row in the right image, px: noise, where the
+  // eyes are rectified and of one instant (eye_sync.h).
+  struct RowOffset {
+    int feature = 0;
+    float dv = 0;
+  };
+
   std::vector<Feature> features;        // by level, finest first
   std::vector<Descriptor> descriptors;  // one per feature
   int num_detected = 0;                 // N_det: features found, at most OrbConfig::num_features
+  std::vector<RowOffset> row_offsets;   // of some of the features; stereo only
 };
 
 // Deterministic: the same frames give the same features, byte for byte. Keeps buffers between

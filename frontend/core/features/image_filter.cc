@@ -36,6 +36,80 @@ Tap TapOf(int i, int input, int output) {
   return {first, input > 1 ? weight : 0};
 }
 
+// sums[x] = above[x] + 2 at[x] + below[x].
+void SumColumns(const uint8_t* above, const uint8_t* at, const uint8_t* below, size_t width,
+                uint16_t* sums) {
+  size_t x = 0;
+#if defined(__SSSE3__)
+  const __m128i zero = _mm_setzero_si128();
+  const auto load = [](const uint8_t* p) {
+    return _mm_loadu_si128(reinterpret_cast<const __m128i*>(p));
+  };
+  const auto sum = [](__m128i a, __m128i b, __m128i c) {
+    return _mm_add_epi16(_mm_add_epi16(a, c), _mm_add_epi16(b, b));
+  };
+  for (; x + 16 <= width; x += 16) {
+    const __m128i a = load(above + x);
+    const __m128i b = load(at + x);
+    const __m128i c = load(below + x);
+    auto* out = reinterpret_cast<__m128i*>(sums + x);
+    _mm_storeu_si128(out, sum(_mm_unpacklo_epi8(a, zero), _mm_unpacklo_epi8(b, zero),
+                              _mm_unpacklo_epi8(c, zero)));
+    _mm_storeu_si128(out + 1, sum(_mm_unpackhi_epi8(a, zero), _mm_unpackhi_epi8(b, zero),
+                                  _mm_unpackhi_epi8(c, zero)));
+  }
+#endif
+  for (; x < width; ++x) sums[x] = static_cast<uint16_t>(above[x] + 2 * at[x] + below[x]);
+}
+
+// out[x] = (sums[x - 1] + 2 sums[x] + sums[x + 1]) / 16, rounded.
+void SumRows(const uint16_t* sums, size_t width, uint8_t* out) {
+  const uint16_t* left = sums - 1;
+  size_t x = 0;
+#if defined(__SSSE3__)
+  const auto eight = [left](size_t at) {
+    const auto load = [left, at](size_t shift) {
+      return _mm_loadu_si128(reinterpret_cast<const __m128i*>(left + at + shift));
+    };
+    const __m128i middle = load(1);
+    const __m128i sum =
+        _mm_add_epi16(_mm_add_epi16(load(0), load(2)), _mm_add_epi16(middle, middle));
+    return _mm_srli_epi16(_mm_add_epi16(sum, _mm_set1_epi16(8)), 4);
+  };
+  for (; x + 16 <= width; x += 16) {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(out + x), _mm_packus_epi16(eight(x), eight(x + 8)));
+  }
+#endif
+  for (; x < width; ++x) {
+    out[x] = static_cast<uint8_t>((left[x] + 2 * left[x + 1] + left[x + 2] + 8) >> 4);
+  }
+}
+
+// out[x] = (upper[x] a + lower[x] b) / 2^12, rounded; n is a multiple of kBlock, inputs are at most
+// 255 * kWeightSum and not negative.
+void BlendRows(const int16_t* upper, const int16_t* lower, int16_t a, int16_t b, size_t n,
+               uint8_t* out) {
+  constexpr int kShift = 12;  // both weights together
+  constexpr int kHalf = 1 << (kShift - 1);
+#if defined(__SSSE3__)
+  const __m128i weights = _mm_set_epi16(b, a, b, a, b, a, b, a);
+  const __m128i half = _mm_set1_epi32(kHalf);
+  for (size_t x = 0; x < n; x += kBlock) {
+    const __m128i u = _mm_loadu_si128(reinterpret_cast<const __m128i*>(upper + x));
+    const __m128i l = _mm_loadu_si128(reinterpret_cast<const __m128i*>(lower + x));
+    const __m128i first = _mm_madd_epi16(_mm_unpacklo_epi16(u, l), weights);
+    const __m128i second = _mm_madd_epi16(_mm_unpackhi_epi16(u, l), weights);
+    const __m128i words = _mm_packs_epi32(_mm_srli_epi32(_mm_add_epi32(first, half), kShift),
+                                          _mm_srli_epi32(_mm_add_epi32(second, half), kShift));
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(out + x), _mm_packus_epi16(words, words));
+  }
+#else
+  for (size_t x = 0; x < n; ++x) {
+    out[x] = static_cast<uint8_t>((upper[x] * a + lower[x] * b + kHalf) >> kShift);
+  }
+#endif
+}
+
 }  // namespace
 
 void BinomialFilter::Apply(const ImageView& input, ImageBuffer* output) {
@@ -48,19 +122,10 @@ void BinomialFilter::Apply(const ImageView& input, ImageBuffer* output) {
   };
   uint16_t* sums = column_sums_.data() + 1;
   for (int y = 0; y < input.height; ++y) {
-    const uint8_t* above = input_row(y - 1);
-    const uint8_t* at = input_row(y);
-    const uint8_t* below = input_row(y + 1);
-    for (size_t x = 0; x < width; ++x) {
-      sums[x] = static_cast<uint16_t>(above[x] + 2 * at[x] + below[x]);
-    }
+    SumColumns(input_row(y - 1), input_row(y), input_row(y + 1), width, sums);
     sums[-1] = sums[0];
     sums[width] = sums[width - 1];
-    uint8_t* out = output->row(y);
-    const uint16_t* left = sums - 1;
-    for (size_t x = 0; x < width; ++x) {
-      out[x] = static_cast<uint8_t>((left[x] + 2 * left[x + 1] + left[x + 2] + 8) >> 4);
-    }
+    SumRows(sums, width, output->row(y));
   }
 }
 
@@ -118,8 +183,6 @@ void BilinearResizer::Apply(const ImageBuffer& input, ImageBuffer* output) {
     InterpolateRow(input.row(std::min(row, input.height - 1)), lines_[slot].data());
     have[slot] = row;
   };
-  constexpr int kShift = 12;  // both weights together
-  const size_t n = lines_[0].size();
   for (int y = 0; y < output->height; ++y) {
     const Row& row = rows_[static_cast<size_t>(y)];
     if (have[1] == row.upper) {
@@ -128,14 +191,8 @@ void BilinearResizer::Apply(const ImageBuffer& input, ImageBuffer* output) {
     }
     fetch(row.upper, 0);
     fetch(row.upper + 1, 1);
-    const int16_t* upper = lines_[0].data();
-    const int16_t* lower = lines_[1].data();
-    uint8_t* out = output->row(y);
-    const int a = row.upper_weight;
-    const int b = row.lower_weight;
-    for (size_t x = 0; x < n; ++x) {
-      out[x] = static_cast<uint8_t>((upper[x] * a + lower[x] * b + (1 << (kShift - 1))) >> kShift);
-    }
+    BlendRows(lines_[0].data(), lines_[1].data(), row.upper_weight, row.lower_weight,
+              lines_[0].size(), output->row(y));
   }
 }
 

@@ -7,6 +7,10 @@
 #include <limits>
 #include <optional>
 
+#if defined(__SSSE3__)
+#include <immintrin.h>
+#endif
+
 #include "frontend/core/features/disparity_refiner.h"
 
 namespace gw::frontend {
@@ -17,28 +21,92 @@ constexpr int kMaxLevelStep = 1;    // pyramid levels between the two detections
 constexpr float kRowTolerance = 2;  // px of the coarser level
 constexpr int kPatchRadius = 5;     // 11x11, px of the left feature's level
 constexpr int kSearch = 5;          // px of the left feature's level, to either side
+constexpr size_t kSampleEvery = 4;  // features whose row is checked
+constexpr int kSampleLevels = 4;    // of the finest levels
+constexpr float kSampleReach = 8;   // px of the level
+constexpr int kUnmistakable = 50;   // of 256 bits, and 0.8 of the second best
 constexpr float kOutlierFactor = 1.5f * 1.4f;  // of the median patch difference (ORB-SLAM3)
 
-// Sum of absolute differences of two patches, their mean difference taken out (the eyes' exposures
-// need not agree).
-int PatchDifference(const ImageBuffer& a, int ax, int ay, const ImageBuffer& b, int bx, int by) {
-  constexpr int kSide = 2 * kPatchRadius + 1;
-  std::array<int, kSide * kSide> difference;
-  int sum = 0;
-  size_t i = 0;
-  for (int dy = -kPatchRadius; dy <= kPatchRadius; ++dy) {
-    const uint8_t* row_a = a.row(ay + dy) + ax;
-    const uint8_t* row_b = b.row(by + dy) + bx;
-    for (int dx = -kPatchRadius; dx <= kPatchRadius; ++dx) {
-      difference[i] = row_a[dx] - row_b[dx];
-      sum += difference[i++];
-    }
-  }
-  const int mean = static_cast<int>(std::lround(static_cast<float>(sum) / (kSide * kSide)));
-  int total = 0;
-  for (const int d : difference) total += std::abs(d - mean);
-  return total;
+constexpr int kSide = 2 * kPatchRadius + 1;
+
+int MeanOf(int sum) {
+  return static_cast<int>(std::lround(static_cast<float>(sum) / (kSide * kSide)));
 }
+
+#if defined(__SSSE3__)
+
+// The pixels of a patch, 16 bits each: the first eight columns, and the other three with zeros.
+class Patch {
+ public:
+  // Reads five pixels to the right of the patch as well.
+  Patch(const ImageBuffer& image, int x, int y) {
+    const __m128i zero = _mm_setzero_si128();
+    __m128i sums = zero;
+    for (int i = 0; i < kSide; ++i) {
+      const uint8_t* row = image.row(y + i - kPatchRadius) + x - kPatchRadius;
+      const __m128i all = _mm_loadu_si128(reinterpret_cast<const __m128i*>(row));
+      const __m128i pixels = _mm_srli_si128(_mm_slli_si128(all, 16 - kSide), 16 - kSide);
+      sums = _mm_add_epi64(sums, _mm_sad_epu8(pixels, zero));
+      first_[i] = _mm_unpacklo_epi8(pixels, zero);
+      rest_[i] = _mm_unpackhi_epi8(pixels, zero);
+    }
+    sum_ = _mm_cvtsi128_si32(_mm_add_epi64(sums, _mm_unpackhi_epi64(sums, sums)));
+  }
+
+  // Sum of absolute differences of two patches, their mean difference taken out (the eyes'
+  // exposures need not agree).
+  int DifferenceTo(const Patch& other) const {
+    const auto mean = static_cast<int16_t>(MeanOf(sum_ - other.sum_));
+    const __m128i mean_of_first = _mm_set1_epi16(mean);
+    const __m128i mean_of_rest = _mm_set_epi16(0, 0, 0, 0, 0, mean, mean, mean);
+    __m128i total = _mm_setzero_si128();  // no lane exceeds 2 * 11 * 510
+    for (int i = 0; i < kSide; ++i) {
+      const __m128i first = _mm_sub_epi16(first_[i], other.first_[i]);
+      const __m128i rest = _mm_sub_epi16(rest_[i], other.rest_[i]);
+      total = _mm_add_epi16(total, _mm_abs_epi16(_mm_sub_epi16(first, mean_of_first)));
+      total = _mm_add_epi16(total, _mm_abs_epi16(_mm_sub_epi16(rest, mean_of_rest)));
+    }
+    total = _mm_madd_epi16(total, _mm_set1_epi16(1));
+    total = _mm_add_epi32(total, _mm_shuffle_epi32(total, 0x4E));
+    return _mm_cvtsi128_si32(_mm_add_epi32(total, _mm_shuffle_epi32(total, 0xB1)));
+  }
+
+ private:
+  __m128i first_[kSide], rest_[kSide];
+  int sum_ = 0;
+};
+
+#else
+
+class Patch {
+ public:
+  Patch(const ImageBuffer& image, int x, int y) : image_(image), x_(x), y_(y) {}
+
+  // As above.
+  int DifferenceTo(const Patch& other) const {
+    std::array<int, kSide * kSide> difference;
+    int sum = 0;
+    size_t i = 0;
+    for (int dy = -kPatchRadius; dy <= kPatchRadius; ++dy) {
+      const uint8_t* row = image_.row(y_ + dy) + x_;
+      const uint8_t* row_other = other.image_.row(other.y_ + dy) + other.x_;
+      for (int dx = -kPatchRadius; dx <= kPatchRadius; ++dx) {
+        difference[i] = row[dx] - row_other[dx];
+        sum += difference[i++];
+      }
+    }
+    const int mean = MeanOf(sum);
+    int total = 0;
+    for (const int d : difference) total += std::abs(d - mean);
+    return total;
+  }
+
+ private:
+  const ImageBuffer& image_;
+  int x_, y_;
+};
+
+#endif
 
 }  // namespace
 
@@ -104,8 +172,9 @@ std::optional<StereoMatcher::Measured> StereoMatcher::Measure(const StereoSide& 
   constexpr int kReach = kSearch + kPatchRadius;
   if (start < kReach || start + kReach >= right_image.width) return std::nullopt;
   std::array<int, 2 * kSearch + 1> cost;
+  const Patch patch(left_image, x, y);
   for (int s = -kSearch; s <= kSearch; ++s) {
-    cost[s + kSearch] = PatchDifference(left_image, x, y, right_image, start + s, y);
+    cost[s + kSearch] = patch.DifferenceTo(Patch(right_image, start + s, y));
   }
   const auto minimum = std::min_element(cost.begin(), cost.end());
   if (minimum == cost.begin() || minimum == cost.end() - 1) return std::nullopt;
@@ -156,6 +225,39 @@ void StereoMatcher::Match(const StereoSide& left, const StereoSide& right,
     cost_[i] = measured->cost;
   }
   RemoveOutliers(disparities);
+}
+
+void StereoMatcher::MeasureRowOffsets(const StereoSide& left, const StereoSide& right,
+                                      std::vector<FeatureFrame::RowOffset>* out) const {
+  out->clear();
+  for (size_t i = 0; i < left.keypoints.size(); i += kSampleEvery) {
+    const OrbKeypoint& k = left.keypoints[i];
+    if (k.level >= kSampleLevels) continue;
+    const float reach = kSampleReach * left.pyramid.scale_y(k.level);
+    const int first_row = std::clamp(static_cast<int>(k.v - reach), 0, height_ - 1);
+    const int last_row = std::clamp(static_cast<int>(k.v + reach), 0, height_ - 1);
+    int best = -1;
+    int distance = kUnmistakable + 1;
+    int second = 257;
+    for (int c = row_begin_[static_cast<size_t>(first_row)];
+         c < row_begin_[static_cast<size_t>(last_row) + 1]; ++c) {
+      const int j = by_row_[static_cast<size_t>(c)];
+      const OrbKeypoint& r = right.keypoints[static_cast<size_t>(j)];
+      if (std::abs(r.level - k.level) > kMaxLevelStep) continue;
+      if (k.u - r.u < -reach || k.u - r.u > max_disparity_ + reach) continue;
+      const int d = HammingDistance(left.descriptors[i], right.descriptors[static_cast<size_t>(j)]);
+      if (d < distance) {
+        second = best < 0 ? second : distance;
+        distance = d;
+        best = j;
+      } else if (d < second) {
+        second = d;
+      }
+    }
+    // The same corner found at another level of the pyramid is no rival, but rarely is as similar.
+    if (best < 0 || distance * 5 > second * 4) continue;
+    out->push_back({static_cast<int>(i), right.keypoints[static_cast<size_t>(best)].v - k.v});
+  }
 }
 
 }  // namespace gw::frontend

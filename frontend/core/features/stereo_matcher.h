@@ -7,6 +7,7 @@
 
 #include "common/camera/camera_model.h"
 #include "common/contract/map.h"
+#include "frontend/core/features/feature_frame.h"
 #include "frontend/core/features/image_pyramid.h"
 #include "frontend/core/features/orb_keypoint.h"
 
@@ -27,6 +28,11 @@ class StereoMatcher {
   // Disparities of points nearer than depth_min_m are not searched; far ones are reported down to
   // zero, so that a far point does not take the place of a wrong near one.
   void Match(const StereoSide& left, const StereoSide& right, std::vector<float>* disparities);
+
+  // Of a sample of the fine features, how far their unmistakable partners lie off their rows,
+  // within 8 px of the level, whatever disparity Match gave them. Call after Match.
+  void MeasureRowOffsets(const StereoSide& left, const StereoSide& right,
+                         std::vector<FeatureFrame::RowOffset>* out) const;
 
  private:
   struct Measured {

@@ -8,7 +8,7 @@
 namespace gw::frontend {
 namespace {
 
-constexpr int kSteps = 32;  // of the position inside a source pixel: at most 1/64 px off
+constexpr uint32_t kSteps = 32;  // of the position inside a source pixel: at most 1/64 px off
 
 // Two passes of the city-block idea with the larger of |dx|, |dy| as distance.
 void DistanceToInvalid(ImageBuffer* map) {
@@ -46,10 +46,7 @@ StereoRectifier::StereoRectifier(const CameraGeometry& geometry, Eye eye)
   const PinholeIntrinsics& source = left ? camera.left : camera.right;
   const Eigen::Matrix3d& R_SourceRect =
       left ? geometry.rectification.R_C0Rect : geometry.rectification.R_C1Rect;
-  const size_t num_pixels = static_cast<size_t>(width_) * static_cast<size_t>(height_);
-  source_x_.assign(num_pixels, -1);
-  source_y_.assign(num_pixels, -1);
-  fraction_.assign(num_pixels, 0);
+  sources_.assign(static_cast<size_t>(width_) * static_cast<size_t>(height_), Source{});
   valid_.Resize(width_, height_, width_);
   std::fill(valid_.pixels.begin(), valid_.pixels.end(), uint8_t{255});
   size_t i = 0;
@@ -65,9 +62,8 @@ StereoRectifier::StereoRectifier(const CameraGeometry& geometry, Eye eye)
       }
       const int x = static_cast<int>(std::lround(uv.x() * kSteps));
       const int y = static_cast<int>(std::lround(uv.y() * kSteps));
-      source_x_[i] = x / kSteps;
-      source_y_[i] = y / kSteps;
-      fraction_[i] = static_cast<uint16_t>((y % kSteps) << 8 | (x % kSteps));
+      sources_[i] = {static_cast<uint16_t>(x / kSteps), static_cast<uint16_t>(y / kSteps),
+                     static_cast<uint8_t>(x % kSteps), static_cast<uint8_t>(y % kSteps)};
     }
   }
   DistanceToInvalid(&valid_);
@@ -77,23 +73,20 @@ void StereoRectifier::Rectify(const ImageView& source, ImageBuffer* rectified) c
   GW_CHECK(source.format == PixelFormat::kGray8 && source.width == width_ &&
            source.height == height_);
   rectified->Resize(width_, height_, width_);
-  size_t i = 0;
+  const Source* s = sources_.data();
   for (int v = 0; v < height_; ++v) {
     uint8_t* out = rectified->row(v);
-    for (int u = 0; u < width_; ++u, ++i) {
-      if (source_x_[i] < 0) {
-        out[u] = 0;
-        continue;
-      }
-      const uint8_t* upper =
-          source.data + static_cast<ptrdiff_t>(source_y_[i]) * source.stride + source_x_[i];
+    const uint8_t* valid = valid_.row(v);
+    for (int u = 0; u < width_; ++u, ++s) {
+      const uint8_t* upper = source.data + static_cast<ptrdiff_t>(s->y) * source.stride + s->x;
       const uint8_t* lower = upper + source.stride;
-      const int a = fraction_[i] & 0xFF;
-      const int b = fraction_[i] >> 8;
-      const int top = upper[0] * (kSteps - a) + upper[1] * a;
-      const int bottom = lower[0] * (kSteps - a) + lower[1] * a;
-      out[u] = static_cast<uint8_t>((top * (kSteps - b) + bottom * b + kSteps * kSteps / 2) /
-                                    (kSteps * kSteps));
+      // Both columns at once, the right one in the upper half of 32 bits: at most 255 * kSteps.
+      const uint32_t above = upper[0] | static_cast<uint32_t>(upper[1]) << 16;
+      const uint32_t below = lower[0] | static_cast<uint32_t>(lower[1]) << 16;
+      const uint32_t columns = above * (kSteps - s->below) + below * s->below;
+      const uint32_t sum = (columns & 0xFFFF) * (kSteps - s->right) + (columns >> 16) * s->right;
+      const uint8_t pixel = static_cast<uint8_t>((sum + kSteps * kSteps / 2) / (kSteps * kSteps));
+      out[u] = valid[u] == 0 ? 0 : pixel;
     }
   }
 }

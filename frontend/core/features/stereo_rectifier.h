@@ -24,10 +24,13 @@ class StereoRectifier {
 
  private:
   int width_, height_;
-  // Source of a rectified pixel: index of the upper left of its four neighbours (-1: none), and the
-  // weights of the right and lower ones in 1/32 px, packed as (v << 8 | u).
-  std::vector<int32_t> source_x_, source_y_;
-  std::vector<uint16_t> fraction_;
+  // Source of a rectified pixel: the upper left of its four neighbours, and how far the pixel lies
+  // to the right of it and below, in 1/32 px. No pixel: all zero, and valid_ is 0 there.
+  struct Source {
+    uint16_t x, y;
+    uint8_t right, below;
+  };
+  std::vector<Source> sources_;
   ImageBuffer valid_;
 };
 

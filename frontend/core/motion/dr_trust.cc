@@ -11,7 +11,8 @@ namespace {
 // looked for (a wrong unit, frame or factor) are off by tens of them, honest noise is off by this
 // in one window of a million, and not in several in a row.
 constexpr double kContradictionSigmas = 5;
-// A slip that the DR filter has not noticed lasts a second or so.
+// A slip that the DR filter has not noticed lasts a second or so. DR that has never agreed yet has
+// no such credit.
 constexpr int kContradicting = 3;  // windows
 constexpr int kAgreeing = 5;       // windows
 // Ways and turns below these show neither agreement nor fault.
@@ -36,7 +37,9 @@ void DrTrust::Judge(const DrEvidence& evidence) {
   contradicting_ = contradicts ? contradicting_ + 1 : 0;
   agreeing_ = contradicts ? 0 : agreeing_ + (moved ? 1 : 0);
   num_windows_ += moved ? 1 : 0;
-  if (trusted_ && contradicting_ >= kContradicting) {
+  if (contradicts) vision_moved_ = moved;
+  proven_ = proven_ || agreeing_ >= kAgreeing;
+  if (trusted_ && contradicting_ >= (proven_ ? kContradicting : 1)) {
     trusted_ = false;
   } else if (!trusted_ && agreeing_ >= kAgreeing) {
     trusted_ = true;

@@ -7,11 +7,11 @@
 //
 // is what DR and vision together expect it to be when e_i^2 / S_ii is 1 in the mean. What DR claims
 // is scaled by what it does: each axis by the mean of that ratio, where it is above 1. And DR whose
-// errors along an axis are far beyond its claims in window after window is distrusted, until it
-// agrees again: a wrong frame, sign, unit or scale, a stuck heading, another clock. While it is
-// distrusted, healthy vision goes on without it; without vision it is still the best there is, with
-// the noise it has shown. Until it has shown anything, its nominal noise stands beside what it
-// claims (Weighted).
+// errors along an axis are far beyond its claims in window after window (in a single one, while it
+// has never agreed yet) is distrusted, until it agrees again: a wrong frame, sign, unit or scale, a
+// stuck heading, another clock. While it is distrusted, healthy vision goes on without it; without
+// vision it is still the best there is, with the noise it has shown. Until it has shown anything,
+// its nominal noise stands beside what it claims (Weighted).
 #pragma once
 
 #include "common/core/se3.h"
@@ -36,6 +36,9 @@ class DrTrust {
   void Judge(const DrEvidence& evidence);
 
   bool trusted() const { return trusted_; }
+  // Distrusted, and vision did not just stand still when DR was last seen to contradict it: vision
+  // is not held by something that moves along.
+  bool refuted() const { return !trusted_ && vision_moved_; }
 
   // The noise that DR has shown, given what it claims. Body axes.
   DrNoise Shown(const DrNoise& claimed) const;
@@ -47,6 +50,8 @@ class DrTrust {
 
  private:
   bool trusted_ = true;
+  bool vision_moved_ = false;          // in the newest window that contradicts
+  bool proven_ = false;                // it has agreed for so long as ends distrust
   int contradicting_ = 0;              // windows in a row
   int agreeing_ = 0;                   // windows in a row, of those in which the robot moved
   int num_windows_ = 0;                // in which the robot moved

@@ -68,6 +68,12 @@ Motion MotionModel::Between(Utime a, Utime b) const {
       return out;
     }
   }
+  return Coast(a, b);
+}
+
+Motion MotionModel::Coast(Utime a, Utime b) const {
+  Motion out;
+  const DurationUs dt = b - a;
   if (b - observed_ <= kMaxCoasting) out.T_ab = SE3::Exp(velocity_ * dt.seconds());
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(kCoastingSigmaTranslation),
@@ -75,6 +81,20 @@ Motion MotionModel::Between(Utime a, Utime b) const {
   sigma *= dt.seconds() * 30.0;
   out.noise.white = sigma.cwiseAbs2().asDiagonal();
   out.weight_cov = out.noise.white;
+  return out;
+}
+
+std::optional<CameraStep> MotionModel::Step(Utime a, Utime b) const {
+  const auto dr = DrPredicts(variant_) ? DrBetween(a, b) : std::nullopt;
+  if (!dr || dr->told.slip || trust_.refuted()) return std::nullopt;
+  const DrNoise noise = InCamera(dr->noise, T_BC_);
+  CameraStep out;
+  out.T_ab = InCamera(dr->T_BaBb, T_BC_);
+  if (observed_ == a) out.T_ab_seen = Coast(a, b).T_ab;
+  out.white = noise.white.diagonal();
+  out.common = (noise.lever * noise.coherent * noise.lever.transpose()).diagonal().cwiseMax(0);
+  out.common = out.common.cwiseSqrt().eval();
+  if (noise.Covariance().isZero(0)) out.white = NominalCovariance(b - a, dr_weight_).diagonal();
   return out;
 }
 
@@ -144,6 +164,7 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   const Matrix6d cov = from_begin * window->cov * from_begin.transpose() + seen.cov_vision;
   evidence.cov_vision = T_BC_.Adjoint() * cov * T_BC_.Adjoint().transpose();
   trust_.Judge(evidence);
+  disagreement_.Add(evidence.T_dr, evidence.T_vision);
 }
 
 }  // namespace gw::frontend

@@ -9,7 +9,9 @@
 #include "common/core/se3.h"
 #include "common/core/time.h"
 #include "common/good_weights/dr_history.h"
+#include "frontend/core/features/fixed_in_image.h"
 #include "frontend/core/motion/dr_calibration.h"
+#include "frontend/core/motion/dr_disagreement.h"
 #include "frontend/core/motion/dr_trust.h"
 
 namespace gw::frontend {
@@ -43,9 +45,18 @@ class MotionModel {
   // interval, the variant uses it, and vision that carried the image at `a` does not contradict it.
   Motion Between(Utime a, Utime b) const;
 
+  // The same at constant velocity, whatever DR says: where vision carried the image at `a`, an
+  // evidence of its own.
+  Motion Coast(Utime a, Utime b) const;
+
   // DR over any interval, its scale errors taken out, for the edge between two keyframes. Body
   // frame. Empty also in variants without such edges, and while healthy vision contradicts it.
   std::optional<DrIncrement> Increment(Utime a, Utime b) const;
+
+  // The motion of the camera as DR tells it, with the noise that it claims, whether vision agrees
+  // or not. Empty where DR does not cover the interval, notices slip or is refuted, or the variant
+  // does not use it.
+  std::optional<CameraStep> Step(Utime a, Utime b) const;
 
   // The camera in the odometry frame; empty where DR does not cover the instant, or the variant
   // does not use it.
@@ -73,6 +84,10 @@ class MotionModel {
 
   // False while healthy vision contradicts DR.
   bool dr_trusted() const { return trust_.trusted() || !dr_weight_.Departs(Departure::kTrust); }
+  // While it does: the constant that explains it, if one does.
+  DrConstantFault dr_fault() const {
+    return dr_trusted() ? DrConstantFault{} : disagreement_.Explain();
+  }
 
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
 
@@ -107,6 +122,7 @@ class MotionModel {
   };
   std::optional<Window> window_;
   DrTrust trust_;
+  DrDisagreement disagreement_;
 };
 
 }  // namespace gw::frontend

@@ -1,6 +1,7 @@
 #include "frontend/core/place/view_change.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/vision/feature_grid.h"
 #include "frontend/core/place/place_confirmation.h"
@@ -24,18 +25,25 @@ bool IsRich(const FeatureFrame& frame) {
 
 bool ViewChange::Changed(Utime utime, const FeatureFrame& frame,
                          const std::optional<SE3>& T_OC) const {
-  return before_ && T_OC && IsRich(frame) &&
-         InARow(utime - before_->utime, before_->T_OC.inverse() * *T_OC) &&
-         ShareSeenAgain(frame, T_OC->inverse() * before_->T_OC) < kFewSeenAgain;
+  if (!before_ || !T_OC || !IsRich(frame)) return false;
+  return ShowsNothingOf(*before_, utime, frame, *T_OC) &&
+         (!before_that_ || ShowsNothingOf(*before_that_, utime, frame, *T_OC));
+}
+
+bool ViewChange::ShowsNothingOf(const Image& before, Utime utime, const FeatureFrame& frame,
+                                const SE3& T_OC) const {
+  return InARow(utime - before.utime, before.T_OC.inverse() * T_OC) &&
+         ShareSeenAgain(before.frame, frame, T_OC.inverse() * before.T_OC) < kFewSeenAgain;
 }
 
 void ViewChange::Remember(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) {
+  before_that_ = std::move(before_);
   before_.reset();
   if (T_OC && IsRich(frame)) before_ = Image{utime, frame, *T_OC};
 }
 
-double ViewChange::ShareSeenAgain(const FeatureFrame& frame, const SE3& T_CbCa) const {
-  const FeatureFrame& before = before_->frame;
+double ViewChange::ShareSeenAgain(const FeatureFrame& before, const FeatureFrame& frame,
+                                  const SE3& T_CbCa) const {
   const FeatureGrid grid(frame.features);
   int expected = 0;
   int seen = 0;

@@ -16,12 +16,13 @@ class ViewChange {
  public:
   explicit ViewChange(const RectifiedCamera& camera) : camera_(camera) {}
 
-  // True when this image shows nothing of the remembered one, although both are rich and dead
-  // reckoning saw hardly any motion between them. T_OC: its camera in the odometry frame; empty
-  // without dead reckoning.
+  // True when this image shows nothing of the two images before, although all are rich and dead
+  // reckoning saw hardly any motion between them. (Two: an infrared projector that blinks with
+  // every second image makes each unlike the one before.) T_OC: its camera in the odometry frame;
+  // empty without dead reckoning.
   bool Changed(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) const;
 
-  // After every image, in place of the one before.
+  // After every image.
   void Remember(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC);
 
  private:
@@ -30,11 +31,14 @@ class ViewChange {
     FeatureFrame frame;
     SE3 T_OC;
   };
-  // Share of the features of the image before that this one has where the motion puts them.
-  double ShareSeenAgain(const FeatureFrame& frame, const SE3& T_CbCa) const;
+  // Share of the features of an image before that this one has where the motion puts them.
+  double ShareSeenAgain(const FeatureFrame& before, const FeatureFrame& frame,
+                        const SE3& T_CbCa) const;
+  bool ShowsNothingOf(const Image& before, Utime utime, const FeatureFrame& frame,
+                      const SE3& T_OC) const;
 
   RectifiedCamera camera_;
-  std::optional<Image> before_;  // rich, with dead reckoning
+  std::optional<Image> before_, before_that_;  // rich, with dead reckoning
 };
 
 }  // namespace gw::frontend

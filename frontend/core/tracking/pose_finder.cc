@@ -77,6 +77,7 @@ void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>&
   }
   a->estimate = OptimizePose(camera_, T_WC_start, observations, prior);
   for (size_t k = 0; k < feature_of.size(); ++k) {
+    a->outlier[feature_of[k]] = !a->estimate.inlier[k];
     if (!a->estimate.inlier[k]) a->match[feature_of[k]] = -1;
   }
 }
@@ -106,6 +107,7 @@ int PoseFinder::Match(const SE3& T_WC, std::vector<Candidate> candidates,
 // Matches the candidates around the prediction, and estimates the pose if they are enough.
 void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) const {
   a->match.assign(frame_->features.size(), -1);
+  a->outlier.assign(frame_->features.size(), 0);
   a->estimate = PoseEstimate();
   a->left_out = 0;
   // Half the budget: the rest is for what the last image did not show, without which the pose would
@@ -117,8 +119,8 @@ void PoseFinder::FirstStage(const PosePrediction& prediction, Association* a) co
     num_close += a->match[i] >= 0 && frame_->features[i].has_depth();
   }
   a->quality = ImageQuality({frame_->num_detected, a->num_first_stage}, config_.dr_weight);
-  const double q_close = ImageQuality({num_close_, num_close}, config_.dr_weight);
-  a->scale = PriorScale(config_.variant, a->quality, q_close, config_.dr_weight);
+  a->quality_close = ImageQuality({num_close_, num_close}, config_.dr_weight);
+  a->scale = PriorScale(config_.variant, a->quality, a->quality_close, config_.dr_weight);
   if (a->num_first_stage >= FewestMatches(prediction, a->scale)) {
     Estimate(prediction.T_WC, PriorFor(prediction, a->scale), a);
   }
@@ -177,7 +179,9 @@ FoundPose PoseFinder::Result(const Association& a, KeyframeId reference) const {
   out.estimate = a.estimate;
   out.num_tracked = a.num_first_stage;
   out.q = a.quality;
+  out.q_close = a.quality_close;
   out.scale = a.scale;
+  out.outlier = a.outlier;
   out.reference = reference;
   out.num_matchable = a.estimate.num_inliers + static_cast<int>(a.left_out);
   out.landmarks.resize(frame_->features.size());
@@ -229,6 +233,11 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
     SearchLocalMap(PriorFor(prediction, best.scale), &reference, map, &best);
   }
   FoundPose out = Result(best, reference);
+  if (prediction.has_prior && best.scale.rotation > 0) {
+    out.bounded =
+        EffectiveScale(prediction.weight_cov,
+                       ScaledCovariance(prediction.weight_cov, best.scale, prediction.honest_cov));
+  }
   int needed = search_near ? kRelocalizedInliers : config_.min_inliers;
   if (fewest == 0) needed = 1;
   if (best.num_first_stage < fewest) {

@@ -53,11 +53,14 @@ struct FoundPose {
   TrackingReason reason = TrackingReason::kNone;  // why not
   PoseEstimate estimate;
   std::vector<LandmarkId> landmarks;  // per feature; invalid: none, or an outlier
+  std::vector<uint8_t> outlier;       // per feature: 1 when it was matched and set aside
   // Inliers, had everything been looked for that should be in sight; with a budget an estimate.
   int num_matchable = 0;
   int num_tracked = 0;  // N_trk: matches of the first stage
   double q = 0;
+  double q_close = 0;    // quality of the features with depth
   DrScale scale;         // what the variant makes of the quality
+  DrScale bounded;       // and what is left of it after the bound
   KeyframeId reference;  // the keyframe that shares most with the image
 };
 
@@ -79,11 +82,13 @@ class PoseFinder {
  private:
   struct Association {
     std::vector<Candidate> candidates;
-    std::vector<int> match;  // per feature: index into candidates, or -1
+    std::vector<int> match;        // per feature: index into candidates, or -1
+    std::vector<uint8_t> outlier;  // per feature
     PoseEstimate estimate;
     int num_first_stage = 0;
     double left_out = 0;  // matches expected of what the budget left out
     double quality = 0;
+    double quality_close = 0;
     DrScale scale;
   };
 

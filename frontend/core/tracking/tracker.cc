@@ -2,13 +2,17 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <utility>
 
 #include "common/core/clock_watch.h"
 #include "common/good_weights/camera_motion.h"
+#include "common/good_weights/edge_covariance.h"
 #include "common/good_weights/quality.h"
 #include "common/good_weights/vision_noise.h"
+#include "frontend/core/features/eye_sync.h"
+#include "frontend/core/features/fixed_in_image.h"
 #include "frontend/core/features/rolling_shutter.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/motion/motion_model.h"
@@ -16,6 +20,7 @@
 #include "frontend/core/place/place_confirmation.h"
 #include "frontend/core/place/recovery.h"
 #include "frontend/core/place/view_change.h"
+#include "frontend/core/tracking/frame_detail.h"
 #include "frontend/core/tracking/keyframe_chain.h"
 #include "frontend/core/tracking/pose_finder.h"
 #include "frontend/core/tracking/tracking_state.h"
@@ -29,9 +34,13 @@ constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
 // Quality from which a pose may contradict dead reckoning: half of what there is to be seen is.
 constexpr double kSureQuality = 0.5;
+// Fewer of the matches as inliers make a pose that may be a wrong one.
+constexpr double kFewInliers = 0.4;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
+// The longest that what is fixed to the camera may have been taken for the world.
+constexpr DurationUs kRewindable = Milliseconds(5000);
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
 
@@ -46,7 +55,9 @@ class Tracker::Impl {
         finder_(config, camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         motion_(camera_, config),
+        eyes_(camera_),
         view_(camera_),
+        fixed_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         place_(Departs(Departure::kRecovery)),
         chain_(config) {}
 
@@ -59,6 +70,7 @@ class Tracker::Impl {
   void Push(const PlaceMatch& match);
   MapRequest Request() const;
   bool has_map() const { return map_known_; }
+  DrConstantFault dr_fault() const { return motion_.dr_fault(); }
 
  private:
   // One image on its way to a pose.
@@ -79,11 +91,19 @@ class Tracker::Impl {
   bool placed() const { return IsPlaced(state_); }
   bool map_there() const { return map_known_ && !map_.empty(); }
 
+  const FeatureFrame* LeaveOutFixed(Utime utime, const FeatureFrame& seen);
+  const FeatureFrame* Corrected(const FeatureFrame& seen, const FeatureFrame* of_world,
+                                const Image& image);
+  void Rewind();
+  void RememberAnchor();
   TrackerOutput Refuse(TrackerOutput out) const;
   void Restart(Utime utime);
   Image Predict(Utime utime);
   void Locate(Image* image);
   FoundPose Find(const Image& image);
+  bool Contradicts(const Image& image, const FoundPose& found) const;
+  FoundPose FindAlone(const Image& image);
+  static SE3 VisionAlone(const Image& image, const PoseEstimate& e);
   FoundPose FindAnywhere(Utime utime);
   bool TakePlace(Image* image);
   bool IsBelieved(const Image& image, const FramePose& report);
@@ -94,7 +114,8 @@ class Tracker::Impl {
   void GoOnWithout(const Image& image, FramePose* report, const ImageOutcome& outcome);
   void Judge(Image* image, TrackerOutput* out);
   void CompareViews(const Image& image);
-  MotionModel::Seen Seen(const Image& image, const SE3& T_ab, const FramePose& report) const;
+  MotionModel::Seen Seen(const Image& image, const SE3& T_ab, const FramePose& report,
+                         bool carried) const;
   void ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome);
   bool BeginsMap(const FeatureFrame& frame) const;
   bool ContinuesMap(bool vision, const Motion& motion) const;
@@ -109,8 +130,18 @@ class Tracker::Impl {
   LocalMap map_;
   MotionModel motion_;
   FeatureFrame frame_;
-  FeatureFrame corrected_;  // of the newest image, without its rolling shutter
+  FeatureFrame of_world_;   // of the newest image, without what is fixed to the camera
+  FeatureFrame corrected_;  // ... its rolling shutter undone, without depth that is spoilt
+  EyeSync eyes_;
+  bool depth_spoilt_ = false;  // of the newest image: its eyes are not of one instant
   ViewChange view_;
+  FixedInImage fixed_;
+  // The odometry frame in W, image by image, over the time that it takes to see what is fixed.
+  struct Anchored {
+    Utime utime;
+    SE3 T_WO;
+  };
+  std::deque<Anchored> anchored_;
   bool other_view_ = false;  // the newest image shows nothing of the one before
 
   bool map_known_ = false;   // a snapshot has come
@@ -130,6 +161,34 @@ class Tracker::Impl {
   KeyframeId reference_;  // keyframe the pose is expressed in
   KeyframeChain chain_;
 };
+
+// True when the pose that was found around the prediction of dead reckoning contradicts it, or is
+// none.
+bool Tracker::Impl::Contradicts(const Image& image, const FoundPose& found) const {
+  if (!found.found || found.estimate.num_inliers < kFewInliers * found.num_tracked) return true;
+  const SE3 T_WC = VisionAlone(image, found.estimate);
+  const Vector6d e = (image.T_WC_predicted.inverse() * T_WC).Log();
+  const Matrix6d cov =
+      image.motion.weight_cov + VisionCovariance(found.estimate.vision_information);
+  return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
+}
+
+// At constant velocity, without dead reckoning. Vision that carried the image before and finds no
+// fewer inliers so is not overruled by it.
+FoundPose Tracker::Impl::FindAlone(const Image& image) {
+  const Motion motion = motion_.Coast(utime_, image.utime);
+  PosePrediction prediction;
+  prediction.T_WC = T_WC_ * motion.T_ab;
+  prediction.search_cov = prediction.weight_cov = motion.weight_cov;
+  return finder_.Follow(prediction, tracked_, reference_, &map_);
+}
+
+// The pose without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
+SE3 Tracker::Impl::VisionAlone(const Image& image, const PoseEstimate& e) {
+  const Eigen::LDLT<Matrix6d> of_vision(e.vision_information);
+  const Vector6d pulled = (image.T_WC_predicted.inverse() * e.T_WC).Log();
+  return e.T_WC * SE3::Exp(of_vision.solve(e.prior_information * pulled));
+}
 
 // Around the prediction.
 FoundPose Tracker::Impl::Find(const Image& image) {
@@ -151,6 +210,14 @@ FoundPose Tracker::Impl::Find(const Image& image) {
     prediction.honest_cov = drifted ? prediction.search_cov : motion.noise.Covariance();
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
+  const bool asks = motion.from_dr && !prediction.vision_broken && Departs(Departure::kTrust);
+  if (asks && Contradicts(image, found)) {
+    FoundPose alone = FindAlone(image);
+    if (alone.found && alone.estimate.num_inliers >= Recovery::kConvincingInliers &&
+        alone.estimate.num_inliers >= found.estimate.num_inliers) {
+      return alone;
+    }
+  }
   if (!found.found && !motion.from_dr) {
     FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image.utime.us), &map_);
     if (again.found) return again;
@@ -337,6 +404,66 @@ TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
   return Track(frame.utime, frame.seq, frame_, problem);
 }
 
+// The image without what is fixed to the camera.
+const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame& seen) {
+  if (!Departs(Departure::kLooksHealthy)) return &seen;
+  const bool prevailed = fixed_.Prevails();
+  const bool first = state_ == TrackingState::kStart;
+  fixed_.Observe(utime, seen, first ? std::nullopt : motion_.Step(utime_, utime));
+  if (!fixed_.any()) return &seen;
+  if (fixed_.Prevails() && !prevailed) Rewind();
+  of_world_ = fixed_.Without(seen);
+  return &of_world_;
+}
+
+// The image as it would have been seen by a global shutter, and without depth where the eyes are
+// not of one instant.
+const FeatureFrame* Tracker::Impl::Corrected(const FeatureFrame& seen, const FeatureFrame* of_world,
+                                             const Image& image) {
+  depth_spoilt_ = false;
+  if (state_ == TrackingState::kStart) return of_world;
+  const DurationUs dt = image.utime - utime_;
+  if (!seen.row_offsets.empty() && Departs(Departure::kLooksHealthy)) {
+    eyes_.Observe(seen, image.T_ab, dt);
+    depth_spoilt_ = eyes_.SpoilsDepth(seen, image.T_ab, dt);
+  }
+  if (camera_.readout_s <= 0 && !depth_spoilt_) return of_world;
+  corrected_ = *of_world;
+  if (camera_.readout_s > 0) {
+    UndoRollingShutter(camera_, camera_.readout_s, image.T_ab.Log().tail<3>() / dt.seconds(),
+                       &corrected_.features);
+  }
+  if (depth_spoilt_) {
+    for (Feature& f : corrected_.features) f.depth = f.u_right = -1;
+  }
+  return &corrected_;
+}
+
+// Vision was held by what is fixed to the camera: the way since it was first seen is that of dead
+// reckoning.
+void Tracker::Impl::Rewind() {
+  const auto T_OC = motion_.OdometryPose(utime_);
+  const auto then = std::find_if(anchored_.begin(), anchored_.end(),
+                                 [this](const Anchored& a) { return a.utime >= fixed_.since(); });
+  if (!T_OC || then == anchored_.end()) return;
+  const SE3 T_WC = then->T_WO * *T_OC;
+  uncertainty_.Shift((T_WC_.inverse() * T_WC).Log());
+  T_WC_ = T_WC;
+  motion_.ObserveNothing();
+  // Dead reckoning leads from the true pose of the last keyframe, which it does not have.
+  chain_.Break();
+}
+
+void Tracker::Impl::RememberAnchor() {
+  const auto T_OC = motion_.OdometryPose(utime_);
+  if (!T_OC) {
+    anchored_.clear();
+    return;
+  }
+  anchored_.push_back({utime_, T_WC_ * T_OC->inverse()});
+  while (utime_ - anchored_.front().utime > kRewindable) anchored_.pop_front();
+}
+
 // Answers an image that is not newer than the one before, and is not used.
 TrackerOutput Tracker::Impl::Refuse(TrackerOutput out) const {
   out.pose.reason = TrackingReason::kTimeReversed;
@@ -361,6 +488,7 @@ void Tracker::Impl::Restart(Utime utime) {
   confirmed_.reset();
   recovery_.Reset();
   view_ = ViewChange(camera_);
+  anchored_.clear();
   motion_.Restart();
   chain_.Restart(utime);
 }
@@ -405,20 +533,17 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   FramePose& report = out.pose;
   report.utime = utime;
   report.seq = seq;
-  report.num_detected = seen.num_detected;
+  out.detail.utime = utime;
+  out.detail.seq = seq;
   const ClockWatch::Verdict order = clock_.Judge(utime);
+  report.num_detected = seen.num_detected;
   if (order == ClockWatch::Verdict::kLate) return Refuse(std::move(out));
   if (order == ClockWatch::Verdict::kSetBack) Restart(utime);
 
+  const FeatureFrame* const of_world = LeaveOutFixed(utime, seen);
+  report.num_detected = of_world->num_detected;
   Image image = Predict(utime);
-  image.frame = &seen;
-  if (camera_.readout_s > 0 && state_ != TrackingState::kStart) {
-    corrected_ = seen;
-    UndoRollingShutter(camera_, camera_.readout_s,
-                       image.T_ab.Log().tail<3>() / (utime - utime_).seconds(),
-                       &corrected_.features);
-    image.frame = &corrected_;
-  }
+  image.frame = Corrected(seen, of_world, image);
   report.reason = image_problem;
   if (image_problem == TrackingReason::kNone) {
     report.reason = TrackingReason::kNoMap;
@@ -446,6 +571,15 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   outcome.vision = image->found.found && IsBelieved(*image, report);
   outcome.unconfirmed = image->found.found && !outcome.vision;
   outcome.begins_map = BeginsMap(*image->frame);
+  out->detail = ExplainFrame({.utime = report.utime,
+                              .seq = report.seq,
+                              .frame = image->frame,
+                              .found = &image->found,
+                              .vision = outcome.vision,
+                              .from_dr = image->motion.from_dr,
+                              .dr_trusted = motion_.dr_trusted(),
+                              .T_BC = camera_.T_BC},
+                             config_.dr_weight);
   if (outcome.vision) {
     Accept(*image, &report, &outcome);
   } else {
@@ -455,8 +589,12 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   outcome.q = report.q;
   outcome.dr_share = report.dr_share;
   ConsiderPlace(*image, out, &outcome);
+  const bool carried = StatusOf(state_, outcome) == TrackingStatus::kTracking;
+  outcome.contradicted = !motion_.dr_trusted() || fixed_.Prevails() || depth_spoilt_;
   report.status = StatusOf(state_, outcome);
   if (outcome.begins_map) report.reason = TrackingReason::kNone;
+  if (depth_spoilt_) report.reason = TrackingReason::kEyesApart;
+  if (fixed_.Prevails()) report.reason = TrackingReason::kFixedInImage;
   if (report.reason == TrackingReason::kNone && !motion_.dr_trusted()) {
     report.reason = TrackingReason::kDrContradictsVision;
   }
@@ -466,12 +604,13 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   if (!outcome.vision) {
     motion_.ObserveNothing();
   } else if (!first) {
-    motion_.Observe(Seen(*image, T_ab, report), image->motion);
+    motion_.Observe(Seen(*image, T_ab, report, carried), image->motion);
   }
   chain_.Observe(first ? SE3() : T_ab,
                  !outcome.vision && report.num_detected >= config_.keyframe_min_close);
   state_ = NextState(state_, outcome);
   utime_ = image->utime;
+  RememberAnchor();
   hint_.reset();
   const bool due =
       ContinuesMap(outcome.vision, image->motion) &&
@@ -479,27 +618,26 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   if (outcome.begins_map || due) {
     finder_.Complete(&map_, &image->found);
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
+    MarkNewLandmarks(*out->keyframe, &out->detail);
   }
 }
 
-// What vision measured since the image before.
-MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab,
-                                      const FramePose& report) const {
+// What vision measured since the image before. carried: vision carries this pose, whether dead
+// reckoning agrees or not.
+MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, const FramePose& report,
+                                      bool carried) const {
   MotionModel::Seen seen;
   seen.a = utime_;
   seen.b = image.utime;
   seen.T_ab = T_ab;
-  const bool in_a_row = !VisionBroken() && report.status == TrackingStatus::kTracking;
+  const bool in_a_row = !VisionBroken() && carried && !depth_spoilt_;
   seen.healthy = in_a_row && report.q >= kHealthyQuality;
   // Enough to see that dead reckoning is far off, which need not wait for full health.
   seen.sure =
       in_a_row && report.q >= kSureQuality && report.num_inliers >= Recovery::kConvincingInliers;
   if (!seen.sure) return seen;
-  // Without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
   const PoseEstimate& e = image.found.estimate;
-  const Eigen::LDLT<Matrix6d> of_vision(e.vision_information);
-  const Vector6d pulled = (image.T_WC_predicted.inverse() * e.T_WC).Log();
-  seen.T_WC_vision = e.T_WC * SE3::Exp(of_vision.solve(e.prior_information * pulled));
+  seen.T_WC_vision = VisionAlone(image, e);
   seen.cov_vision = VisionCovariance(e.vision_information);
   return seen;
 }
@@ -558,7 +696,9 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
     }
     if (const auto T_WK = map_.KeyframePose(reference_)) T_WC_ = *T_WK * T_KC;
     uncertainty_.Shift((T_WC_before.inverse() * T_WC_).Log());
-    motion_.MapMoved(T_WC_ * T_WC_before.inverse());
+    const SE3 T_correction = T_WC_ * T_WC_before.inverse();
+    motion_.MapMoved(T_correction);
+    for (Anchored& a : anchored_) a.T_WO = T_correction * a.T_WO;
   }
   if (!update.merged_landmarks.empty()) {
     std::map<LandmarkId, LandmarkId> merged;
@@ -627,6 +767,9 @@ void Tracker::Push(const PlaceMatch& match) {
 }
 MapRequest Tracker::Request() const {
   return impl_->Request();
+}
+DrConstantFault Tracker::dr_fault() const {
+  return impl_->dr_fault();
 }
 bool Tracker::has_map() const {
   return impl_->has_map();

@@ -13,17 +13,20 @@
 #include "common/camera/camera_model.h"
 #include "common/config/frontend_config.h"
 #include "common/contract/dead_reckoning.h"
+#include "common/contract/frame_detail.h"
 #include "common/contract/map.h"
 #include "common/contract/place.h"
 #include "common/contract/samples.h"
 #include "common/contract/tracking.h"
 #include "common/core/result.h"
 #include "frontend/core/features/feature_frame.h"
+#include "frontend/core/motion/dr_disagreement.h"
 
 namespace gw::frontend {
 
 struct TrackerOutput {
   FramePose pose;
+  FrameDetail detail;                // of the same image, for people
   std::optional<Keyframe> keyframe;  // to be delivered to the back-end, in order
   std::optional<PlaceQuery> query;   // to be asked there; its answer to Push(PlaceMatch)
 };
@@ -61,6 +64,9 @@ class Tracker {
 
   // What to ask the back-end for: the map around the current pose, if there is one.
   MapRequest Request() const;
+
+  // While healthy vision contradicts dead reckoning: the constant that explains it, if one does.
+  DrConstantFault dr_fault() const;
 
   // False until the first snapshot has come.
   bool has_map() const;

@@ -26,7 +26,7 @@ TrackingStatus StatusOf(TrackingState before, const ImageOutcome& outcome) {
   }
   if (outcome.vision) {
     const bool weak = outcome.q < kHealthyQuality && outcome.dr_share > kNoticeableShare;
-    return weak ? TrackingStatus::kDegraded : TrackingStatus::kTracking;
+    return weak || outcome.contradicted ? TrackingStatus::kDegraded : TrackingStatus::kTracking;
   }
   return outcome.from_dr ? TrackingStatus::kDrOnly : TrackingStatus::kLost;
 }

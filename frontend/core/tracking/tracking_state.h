@@ -26,6 +26,7 @@ struct ImageOutcome {
   bool from_dr = false;        // dead reckoning covers the motion since the image before
   bool corrected = false;      // vision is back, and moved the pose noticeably
   bool place_known = true;     // the pose may be claimed: the place is known and not in doubt
+  bool contradicted = false;   // the witnesses disagree for good: one of them is wrong
   bool time_reversed = false;  // the image is not newer than the one before; not used
   double q = 0;                // quality of tracking, [0, 1]
   double dr_share = 0;         // of dead reckoning in the information of the pose, [0, 1]

@@ -6,6 +6,7 @@
 #include "common/wire/channels.h"
 #include "tools/data/fault/image_faults.h"
 #include "tools/data/fault/motion_faults.h"
+#include "tools/data/fault/named_faults.h"
 
 namespace gw::fault {
 namespace {
@@ -21,7 +22,10 @@ bool IsEstimate(std::string_view channel) {
 class FaultInjector::Impl {
  public:
   Impl(FaultPlan plan, Sink sink)
-      : plan_(std::move(plan)), sink_(std::move(sink)), images_(plan_) {}
+      : plan_(std::move(plan)),
+        sink_(std::move(sink)),
+        images_(plan_),
+        named_(plan_.named, plan_.optics) {}
 
   Result<Done> Add(const process::LogEvent& event) {
     if (!begin_) begin_ = event.received;
@@ -51,7 +55,9 @@ class FaultInjector::Impl {
       delay = delayed->second;
       ++summary_.delayed;
     }
-    return Queue(event.received - CutBefore(t), delay, channel, *std::move(message));
+    const Utime received = event.received - CutBefore(t);
+    if (!named_.Concerns(channel)) return Queue(received, delay, channel, *std::move(message));
+    return QueueNamed(received, t, delay, channel, *std::move(message));
   }
 
   Result<FaultSummary> Finish() {
@@ -187,6 +193,22 @@ class FaultInjector::Impl {
     return Queue(received, {}, wire::kNote, wire::Encode(note));
   }
 
+  // What the named faults make of the message.
+  Result<Done> QueueNamed(Utime received, DurationUs t, DurationUs delay,
+                          const std::string& channel, wire::Bytes message) {
+    auto edited = named_.Apply(channel, t, message);
+    if (!edited) {
+      ++summary_.undecodable;
+      return Queue(received, delay, channel, std::move(message));
+    }
+    ++summary_.named;
+    for (NamedFaults::Message& out : *edited) {
+      Result<Done> queued = Queue(received, delay + out.delay, channel, std::move(out.bytes));
+      if (!queued) return queued;
+    }
+    return Done{};
+  }
+
   // Delayed messages wait until the others have caught up.
   Result<Done> Queue(Utime received, DurationUs delay, const std::string& channel,
                      wire::Bytes message) {
@@ -211,6 +233,7 @@ class FaultInjector::Impl {
   ImageFaults images_;
   WheelFaults wheels_;
   DrFaults dr_;
+  NamedFaults named_;
   FaultSummary summary_;
   std::optional<Utime> begin_;              // of the input log
   std::optional<Utime> last_wheel_;         // end of the last wheel interval written

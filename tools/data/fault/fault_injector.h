@@ -23,6 +23,7 @@ struct FaultSummary {
   int64_t biased = 0;       // IMU messages
   int64_t teleported = 0;   // messages left out
   int64_t left_out = 0;     // messages of estimates, which would not fit the edited input
+  int64_t named = 0;        // messages that went through a named fault
   int64_t undecodable = 0;  // passed on as they are
 };
 

@@ -97,6 +97,11 @@ Result<FaultPlan> ParseFaultPlan(const FaultArguments& arguments) {
       return OutOfRange("--teleport", SpanText(plan.teleport[i]), "spans must not overlap");
     }
   }
+  for (const std::string& text : arguments.fault) {
+    const Result<NamedFault> parsed = ParseNamedFault(text);
+    if (!parsed) return parsed.error();
+    plan.named.push_back(*parsed);
+  }
   if (plan.Describe().empty()) {
     return Error{ErrorCode::kInvalidArgument, "no edit is asked for; see gw-fault --help"};
   }
@@ -126,6 +131,11 @@ std::vector<std::pair<std::string, std::string>> FaultPlan::Describe() const {
     out.emplace_back("edit.gyro_bias", tools::Format("%g rad/s on each axis", gyro_bias_rad_s));
   }
   for (const tools::Span& s : teleport) out.emplace_back("edit.teleport", SpanText(s));
+  for (const NamedFault& fault : named) {
+    const FaultKind& kind = fault.kind();
+    out.emplace_back("edit.fault." + std::string(kind.name),
+                     SpanText(fault.span) + ": " + std::string(kind.text));
+  }
   return out;
 }
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/data/fault/camera_optics.h"
+#include "tools/data/fault/named_fault.h"
 #include "tools/data/log/span.h"
 
 namespace gw::fault {
@@ -38,7 +40,9 @@ struct FaultPlan {
   // no time and without a sensor that feels it: all messages of the span are left out, the rest of
   // the log moves up in time, DR and wheel counters continue as if nothing had happened.
   std::vector<tools::Span> teleport;
-  uint64_t seed = 1;  // of drop
+  std::vector<NamedFault> named;  // one after the other, behind the edits above
+  CameraOptics optics;            // of named faults of the camera
+  uint64_t seed = 1;              // of drop
 
   // One line for each edit: (key, text) for the notes.
   std::vector<std::pair<std::string, std::string>> Describe() const;
@@ -46,7 +50,7 @@ struct FaultPlan {
 
 // Texts as on the command line.
 struct FaultArguments {
-  std::vector<std::string> black, freeze, blur, drop, delay, slip, teleport;
+  std::vector<std::string> black, freeze, blur, drop, delay, slip, teleport, fault;
   double gyro_bias_rad_s = 0;
   uint64_t seed = 1;
 };

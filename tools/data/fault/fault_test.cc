@@ -358,6 +358,25 @@ TEST_F(Fault, SameInputAndSeedGiveTheSameBytes) {
   EXPECT_TRUE(bytes() == bytes());
 }
 
+TEST_F(Fault, NamedFaultsAreNotedWithTheirTimes) {
+  FaultArguments a;
+  a.fault = {"wheels_late_150ms", "wheels_jump:2:", "half_covered:1:2"};
+  EXPECT_EQ(Apply(a).named, 300 + 601 + 61);
+  const Decoded out = Read("out.lcm");
+  ASSERT_EQ(out.notes.size(), 4u);
+  EXPECT_EQ(out.notes[1].key, "edit.fault.wheels_late_150ms");
+  EXPECT_THAT(out.notes[2].text, HasSubstr("from 2.000000 s: one increment is 5 m too long"));
+  EXPECT_NEAR(Chain(out.wheel).translation().x(), 9, 1e-6);
+  EXPECT_EQ(out.wheel[0].utime.us, kBegin + 20000 + 150000);
+  EXPECT_NEAR(out.dr.back().T_OB.translation().x(), 9, 1e-6);
+  EXPECT_EQ(Depth(out.camera[9]), 1090);
+  EXPECT_EQ(Depth(out.camera[10]), 0);
+  // Received later as well, so that the log stays in order.
+  auto report = tools::InspectLog(Path("out.lcm"), tools::InspectDepth::kDecode);
+  ASSERT_TRUE(report);
+  EXPECT_TRUE(report->ok) << tools::ReportText(*report);
+}
+
 TEST_F(Fault, DamagedLogsAreEditedAndBadFilesRefused) {
   fs::resize_file(Path("in.lcm"), fs::file_size(Path("in.lcm")) - 5);
   FaultArguments a;
@@ -375,6 +394,12 @@ TEST_F(Fault, DamagedLogsAreEditedAndBadFilesRefused) {
             ErrorCode::kBadData);
   EXPECT_FALSE(fs::exists(Path("x")));
   EXPECT_FALSE(fs::exists(Path("x.partial")));
+}
+
+TEST(FaultPlan, KindsStandInTheOrderOfTheirIds) {
+  for (size_t i = 0; i < FaultKinds().size(); ++i) {
+    EXPECT_EQ(static_cast<size_t>(FaultKinds()[i].id), i) << FaultKinds()[i].name;
+  }
 }
 
 TEST(FaultPlan, RefusesWhatMakesNoSenseAndNamesTheOption) {
@@ -397,6 +422,8 @@ TEST(FaultPlan, RefusesWhatMakesNoSenseAndNamesTheOption) {
   refused([](FaultArguments& a) { a.delay = {"IMU:-1"}; }, "CHANNEL:MS");
   refused([](FaultArguments& a) { a.teleport = {"1:"}; }, "needs an end");
   refused([](FaultArguments& a) { a.teleport = {"1:3", "2:4"}; }, "overlap");
+  refused([](FaultArguments& a) { a.fault = {"none"}; }, "--fault none: there is no fault");
+  refused([](FaultArguments& a) { a.fault = {"dots:2:1"}; }, "--fault 2:1");
   refused([](FaultArguments& a) { a.gyro_bias_rad_s = INFINITY; }, "--gyro-bias");
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "common/config/loader.h"
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
 #include "tools/data/fault/apply_faults.h"
@@ -47,6 +48,7 @@ void Print(const FaultSummary& s, const std::string& out, bool json) {
       {"slipped_messages", s.slipped},
       {"biased_messages", s.biased},
       {"teleported_messages", s.teleported},
+      {"named_fault_messages", s.named},
       {"estimates_left_out", s.left_out},
       {"undecodable", s.undecodable},
   };
@@ -59,6 +61,15 @@ void Print(const FaultSummary& s, const std::string& out, bool json) {
   fmt::print("{}", json ? tools::JsonLine(report) : text);
 }
 
+// Help on --fault: a line for each.
+std::string FaultList() {
+  std::string out = "Faults (--fault):\n";
+  for (const FaultKind& kind : FaultKinds()) {
+    out += fmt::format("  {:<18} {}\n", kind.name, kind.text);
+  }
+  return out + "wheels_*: of WHEEL and, but for wheels_resampled, of DR messages.";
+}
+
 int Main(int argc, char** argv) {
   CLI::App app(
       "Puts sensor faults into a log. Times are seconds from the begin of the input log; an empty\n"
@@ -66,7 +77,7 @@ int Main(int argc, char** argv) {
       "than once. Each edit is noted in the log.\n"
       "Exit: 0 ok, 1 log not readable or writable, 2 usage.");
   app.set_version_flag("--version", Version());
-  std::string in, out;
+  std::string in, out, config;
   FaultArguments a;
   bool json = false;
   app.add_option("IN", in, "LCM log")->required();
@@ -81,15 +92,27 @@ int Main(int argc, char** argv) {
   app.add_option("--teleport", a.teleport,
                  "T0:T1  the robot is carried away without noticing: the span is cut out, DR and "
                  "wheels continue");
+  app.add_option("--fault", a.fault,
+                 "NAME[:T0:T1]  a fault of the list below; over the whole log, or when it usually "
+                 "happens, unless a span is given");
+  app.add_option("--config", config,
+                 "robot YAML: focal length, baseline and depth unit for dots and person "
+                 "(RealSense D435)");
   app.add_option("--seed", a.seed, "of --drop (1)");
+  app.footer(FaultList());
   app.add_flag("--json", json, "print the summary as JSON");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   }
-  const Result<FaultPlan> plan = ParseFaultPlan(a);
+  Result<FaultPlan> plan = ParseFaultPlan(a);
   if (!plan) return Fail(plan.error());
+  if (!config.empty()) {
+    const auto robot = LoadRobotConfig(config);
+    if (!robot) return Fail(robot.error());
+    plan->optics = OpticsOf(robot->calibration.camera);
+  }
   const Result<FaultSummary> summary = ApplyFaults(in, *plan, out, ProgressLine());
   if (!summary) return Fail(summary.error());
   Print(*summary, out, json);

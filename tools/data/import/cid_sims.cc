@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "tools/data/files/format.h"
 #include "tools/data/import/gyro_alignment.h"
 #include "tools/data/import/image_file.h"
 #include "tools/data/import/imu_check.h"
@@ -92,11 +92,10 @@ SE3 ChooseImuMatrix(const SE3& T_ItoC, ImuMatrix choice, const std::vector<Stamp
         "camera)");
     return T_ItoC;
   }
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "T_ItoC: gyro against true camera rotation differs by %.5f rad/s as named, %.5f "
-                "inverted; taken %s",
-                named, inverted, inverted < named ? "inverted" : "as named");
+  const std::string text = tools::Format(
+      "T_ItoC: gyro against true camera rotation differs by %.5f rad/s as named, %.5f "
+      "inverted; taken %s",
+      named, inverted, inverted < named ? "inverted" : "as named");
   const bool close = std::abs(named - inverted) < 0.01 * std::max(named, inverted);
   if (close) {
     recording.warnings.emplace_back(text);

@@ -18,25 +18,28 @@ uint16_t Wrapped(double ticks) {
 }
 
 WheelSample Between(const Reading& a, const Reading& b, const EncoderBase& base) {
-  const double left_m = (b.left - a.left) / base.ticks_per_metre;
-  const double right_m = (b.right - a.right) / base.ticks_per_metre;
-  const double way = (left_m + right_m) / 2;
   WheelSample sample;
   sample.utime_begin = a.utime;
   sample.utime = b.utime;
   sample.has_ticks = true;
   sample.left_ticks = Wrapped(b.left);
   sample.right_ticks = Wrapped(b.right);
-  sample.dyaw_rad = (right_m - left_m) / base.track_m;
+  SetArc((b.left - a.left) / base.ticks_per_metre, (b.right - a.right) / base.ticks_per_metre,
+         base.track_m, sample);
+  return sample;
+}
+
+}  // namespace
+
+void SetArc(double left_m, double right_m, double track_m, WheelSample& sample) {
+  const double way = (left_m + right_m) / 2;
+  sample.dyaw_rad = (right_m - left_m) / track_m;
   // Chord of the arc; the direction is half the turn.
   const double half = sample.dyaw_rad / 2;
   const double chord = std::abs(half) > 1e-9 ? way * std::sin(half) / half : way;
   sample.dx_m = chord * std::cos(half);
   sample.dy_m = chord * std::sin(half);
-  return sample;
 }
-
-}  // namespace
 
 Result<std::vector<WheelSample>> ReadEncoders(const std::filesystem::path& file,
                                               const EncoderBase& base,

@@ -15,6 +15,10 @@ struct EncoderBase {
   double track_m = 0;          // between the two driven wheels
 };
 
+// Motion of a differential drive whose wheels went so far (m): the arc of way (l + r) / 2 and turn
+// (r - l) / track, into dx_m, dy_m and dyaw_rad.
+void SetArc(double left_m, double right_m, double track_m, WheelSample& sample);
+
 // Lines `t_s left right`: counts since the start, of any size. The increment between two readings
 // is the arc of a differential drive: way (l + r) / 2, turn (r - l) / track. The body is the middle
 // of the axle. Error: those of a text table; kBadData when fewer than two readings are of use.

@@ -1,7 +1,6 @@
 #include "tools/data/import/kitti.h"
 
-#include <cstdio>
-
+#include "tools/data/files/format.h"
 #include "tools/data/import/image_file.h"
 #include "tools/data/import/sensor_yaml.h"
 #include "tools/data/import/stereo_range.h"
@@ -12,9 +11,7 @@ namespace gw::importer {
 namespace {
 
 std::string ImageName(size_t index) {
-  char name[32];
-  std::snprintf(name, sizeof name, "%06zu.png", index);
-  return name;
+  return tools::Format("%06zu.png", index);
 }
 
 Result<Done> ReadCalibration(const std::filesystem::path& file, CameraCalibration& camera) {

@@ -40,7 +40,9 @@ struct Arguments {
 };
 
 void AddCommonOptions(CLI::App& app, Arguments& a) {
-  app.add_option("SRC", a.source, "folder of the recording (rosbag: the file)")->required();
+  app.add_option("SRC", a.source,
+                 "folder of the recording (rosbag: the file, or the folder of rosbag2)")
+      ->required();
   app.add_option("--out", a.log, "LCM log to write")->required();
   app.add_option("--config-out", a.config, "robot configuration (YAML) to write")->required();
   app.add_flag("--skip-missing", a.skip_missing,
@@ -100,6 +102,9 @@ std::string Summary(const Recording& recording, const LogSummary& log, const Arg
   }
   std::string out = fmt::format("{}: {:.3f} s, {:.1f} MB, {} frames skipped\n", a.log, duration_s,
                                 static_cast<double>(log.bytes) * 1e-6, recording.skipped_frames);
+  for (const auto& [key, text] : recording.notes) {
+    if (key == "topic") out += "  " + text + "\n";
+  }
   for (const auto& [channel, count] : log.messages) {
     out += fmt::format("  {:<14} {}\n", channel, count);
   }
@@ -167,6 +172,7 @@ struct Command {
   OpenLorisOptions loris;
   OdometryOptions odometry;
   RosbagOptions bag;
+  bool list_bag = false;
 };
 
 CLI::App* AddFormat(CLI::App& app, const std::string& name, const std::string& text,
@@ -269,31 +275,55 @@ void AddOdometry(CLI::App& app, Command& c) {
   odometry->callback([&c] { c.read = [&c] { return ReadOdometry(c.common.source, c.odometry); }; });
 }
 
-void AddRosbag(CLI::App& app, Command& c) {
-  CLI::App* const rosbag =
-      AddFormat(app, "rosbag",
-                HasRosbagSupport() ? "ROS 1 bag: RGB-D, IMU, odometry; topics as CID-SIMS has them"
-                                   : "ROS 1 bag (this build has no support for it)",
-                c);
+void AddBagTopics(CLI::App& rosbag, Command& c) {
   for (const auto& [name, value, text] :
-       {std::tuple{"--left", &c.bag.left, "topic of the images"},
-        {"--depth", &c.bag.depth, "topic of the aligned depth"},
-        {"--imu", &c.bag.imu, "topic of the IMU"},
-        {"--odom", &c.bag.odometry, "topic of the odometry"},
-        {"--tf", &c.bag.transforms, "topic of the transforms"},
-        {"--truth-parent", &c.bag.truth_parent, "frame of the ground truth"},
-        {"--truth-child", &c.bag.truth_child, "body in the ground truth"}}) {
-    rosbag->add_option(name, *value, text)->capture_default_str();
+       {std::tuple{"--stereo", &c.bag.topics.stereo, "topics of the eyes: LEFT,RIGHT"},
+        {"--rgbd", &c.bag.topics.rgbd, "topics of image and aligned depth: IMAGE,DEPTH"},
+        {"--odom", &c.bag.topics.odometry,
+         "topic of the wheels: Odometry, JointState or Kobuki's SensorState"},
+        {"--imu", &c.bag.topics.imu, "topic of the IMU, or GYRO,ACCELEROMETER"},
+        {"--truth", &c.bag.topics.truth, "topic of the ground truth"}}) {
+    rosbag.add_option(name, *value,
+                      std::string(text) + " (default: found by type; none: left out)");
   }
+  rosbag.add_option("--truth-parent", c.bag.truth_parent, "ground truth of tf: its frame")
+      ->capture_default_str();
+  rosbag.add_option("--truth-child", c.bag.truth_child, "ground truth of tf: the body")
+      ->capture_default_str();
+  for (const auto& [name, value, text] :
+       {std::tuple{"--wheel-radius", &c.bag.wheel_radius_m, "m, where the odometry is JointState"},
+        {"--track", &c.bag.track_m, "m between the wheels, with JointState or ticks"}}) {
+    rosbag.add_option(name, *value, text)->check(CLI::Range(0.001, 10.0));
+  }
+}
+
+void AddRosbag(CLI::App& app, Command& c) {
+  CLI::App* const rosbag = AddFormat(
+      app, "rosbag", "ROS 1 bag, rosbag2 (SQLite3, MCAP): stereo or RGB-D, IMU, wheels, tf", c);
+  AddBagTopics(*rosbag, c);
   rosbag->add_option("--calibration", c.bag.robot_config,
-                     "robot configuration (YAML) whose calibration is the bag's");
+                     "robot configuration (YAML) whose calibration is taken instead of the bag's");
   rosbag->add_option("--cid-sims-calibration", c.bag.cid_sims_calibration,
-                     "instead: calibration file of CID-SIMS");
+                     "the same from a calibration file of CID-SIMS");
   rosbag->add_option("--mount", c.bag.mount, "with it: camera mounting, high or low");
-  rosbag->callback([&c] { c.read = [&c] { return ReadRosbag(c.common.source, c.bag); }; });
+  rosbag->add_flag("--list", c.list_bag, "only show the topics and which would be imported");
+  rosbag->get_option("--out")->required(false);
+  rosbag->get_option("--config-out")->required(false);
+  rosbag->callback([&c, rosbag] {
+    for (const char* output : {"--out", "--config-out"}) {
+      if (!c.list_bag && rosbag->count(output) == 0) throw CLI::RequiredError(output);
+    }
+    c.read = [&c] { return ReadRosbag(c.common.source, c.bag); };
+  });
 }
 
 Result<Done> Run(Command& command) {
+  if (command.list_bag) {
+    const Result<std::string> list = ListRosbag(command.common.source, command.bag);
+    if (!list) return list.error();
+    std::fputs(list->c_str(), stdout);
+    return Done{};
+  }
   std::optional<SyntheticDrOptions> dr;
   if (!command.common.synthetic_dr.empty()) {
     const Result<SyntheticDrOptions> parsed = ParseSyntheticDr(command.common.synthetic_dr);

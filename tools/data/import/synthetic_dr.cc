@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <sstream>
 
 #include "common/core/random.h"
+#include "tools/data/files/format.h"
 #include "tools/data/import/trajectory.h"
 
 namespace gw::importer {
@@ -94,15 +94,11 @@ Result<SyntheticDrOptions> ParseSyntheticDr(const std::string& text) {
 }
 
 std::string Describe(const SyntheticDrOptions& o) {
-  char text[300];
-  std::snprintf(
-      text, sizeof text,
+  return tools::Format(
       "sigma_t=%.9g,sigma_r=%.9gdeg,bias_t=%.9g,bias_r=%.9gdeg,walk_t=%.9g,walk_r=%.9gdeg,"
-      "rate=%.9g,seed=%llu",
+      "rate=%.9g,seed=%u",
       o.sigma_t_m, o.sigma_r_rad / kRadPerDeg, o.bias_t_m_s, o.bias_r_rad_s / kRadPerDeg,
-      o.walk_t_m_s_sqrt_s, o.walk_r_rad_s_sqrt_s / kRadPerDeg, o.rate_hz,
-      static_cast<unsigned long long>(o.seed));
-  return text;
+      o.walk_t_m_s_sqrt_s, o.walk_r_rad_s_sqrt_s / kRadPerDeg, o.rate_hz, o.seed);
 }
 
 Result<std::vector<DrState>> MakeSyntheticDr(const std::vector<GroundTruth>& ground_truth,
@@ -119,13 +115,10 @@ Result<std::vector<DrState>> MakeSyntheticDr(const std::vector<GroundTruth>& gro
     truth.push_back({sample.utime, sample.T_GB});
   }
   if (largest_gap > Milliseconds(200)) {
-    char text[160];
-    std::snprintf(
-        text, sizeof text,
+    warnings.push_back(tools::Format(
         "ground truth has a gap of %.2f s; the synthetic dead reckoning bridges it on the "
         "geodesic",
-        largest_gap.seconds());
-    warnings.emplace_back(text);
+        largest_gap.seconds()));
   }
 
   const Matrix6d white = Diagonal(Square(o.sigma_t_m) * kFrameRateHz,  //

@@ -4,9 +4,9 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
+#include "tools/data/files/format.h"
 #include "tools/data/import/image_list.h"
 #include "tools/data/import/sensor_yaml.h"
 #include "tools/data/import/stated_size.h"
@@ -90,12 +90,10 @@ void WarnOfDepthUnit(const Image& depth, Recording& recording) {
   if (values.empty()) return;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
-  char text[300];
-  std::snprintf(text, sizeof text,
-                "depth is ASSUMED in TUM's unit of 1/5000 m: the first image's median is then %.2f "
-                "m; with --depth-unit 0.001 (millimetres, as of a RealSense) it would be %.2f m",
-                *middle * kTumDepthUnit, *middle * kMillimetre);
-  recording.warnings.emplace_back(text);
+  recording.warnings.push_back(tools::Format(
+      "depth is ASSUMED in TUM's unit of 1/5000 m: the first image's median is then %.2f "
+      "m; with --depth-unit 0.001 (millimetres, as of a RealSense) it would be %.2f m",
+      *middle * kTumDepthUnit, *middle * kMillimetre));
 }
 
 }  // namespace

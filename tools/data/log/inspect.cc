@@ -6,6 +6,7 @@
 
 #include "common/process/event_log.h"
 #include "common/wire/channels.h"
+#include "common/wire/frame_detail.h"
 #include "common/wire/wire.h"
 #include "tools/data/files/format.h"
 #include "tools/data/files/json.h"
@@ -23,6 +24,7 @@ std::optional<std::string> WhyUndecodable(std::string_view type, wire::ByteSpan 
   if (type == "wheel_t") return why(wire::Decode<WheelSample>(message));
   if (type == "dr_t") return why(wire::Decode<DrState>(message));
   if (type == "frame_pose_t") return why(wire::Decode<FramePose>(message));
+  if (type == "frame_detail_t") return why(wire::Decode<FrameDetail>(message));
   if (type == "pose_t") return why(wire::Decode<Pose>(message));
   if (type == "keyframe_t") return why(wire::Decode<Keyframe>(message));
   if (type == "map_update_t") return why(wire::Decode<MapUpdate>(message));

@@ -1,11 +1,15 @@
-// gw-log: looks into LCM logs, checks them, cuts pieces out of them.
+// gw-log: looks into LCM logs, checks them, cuts pieces out of them, makes MCAP files of them.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <string>
 
+#include "common/camera/camera_model.h"
+#include "common/config/loader.h"
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
 #include "tools/data/files/json.h"
+#include "tools/data/foxglove/mcap_export.h"
 #include "tools/data/log/cut.h"
 #include "tools/data/log/inspect.h"
 
@@ -51,22 +55,54 @@ int Cut(const std::string& log, const std::string& span, const std::string& out,
   return kExitOk;
 }
 
+int Export(const std::string& log, std::string config, const std::string& out) {
+  if (config.empty()) {
+    const auto beside = std::filesystem::path(log).replace_extension(".yaml");
+    if (std::filesystem::exists(beside)) config = beside.string();
+  }
+  foxglove::TranslatorOptions options;
+  if (!config.empty()) {
+    const auto loaded = LoadRobotConfig(config);
+    if (!loaded) return Fail(loaded.error());
+    const auto camera = MakeCameraGeometry(loaded->calibration);
+    if (!camera) return Fail(camera.error());
+    options.camera = *camera;
+  }
+  const auto exported = foxglove::ExportMcap(log, options, out);
+  if (!exported) return Fail(exported.error());
+  std::printf("%s: %llu messages, %.1f MB\n", out.c_str(),
+              static_cast<unsigned long long>(exported->messages),
+              static_cast<double>(exported->bytes) * 1e-6);
+  if (exported->undecodable > 0) {
+    std::fprintf(stderr, "gw-log: warning: %lld messages of %s could not be decoded\n",
+                 static_cast<long long>(exported->undecodable), log.c_str());
+  }
+  return kExitOk;
+}
+
 int Main(int argc, char** argv) {
   CLI::App app(
-      "Looks into LCM logs, checks them, cuts pieces out of them.\n"
+      "Looks into LCM logs, checks them, cuts pieces out of them, makes MCAP files of them.\n"
       "Exit: 0 ok, 1 problems found or file not readable, 2 usage.");
   app.set_version_flag("--version", Version());
   app.require_subcommand(1);
-  std::string log, span, out;
+  std::string log, span, out, mcap, config;
   bool json = false;
   CLI::App* const info = app.add_subcommand("info", "channels, rates, gaps, duration, notes");
   CLI::App* const check = app.add_subcommand(
       "check", "lost messages, time order, undecodable messages, damage; exit 1 when any");
   CLI::App* const cut = app.add_subcommand("cut", "copy a span of time into a new log");
-  for (CLI::App* const command : {info, check, cut}) {
+  CLI::App* const exporting =
+      app.add_subcommand("export", "what gw-view shows of it, as an MCAP file for other viewers");
+  for (CLI::App* const command : {info, check, cut, exporting}) {
     command->add_option("LOG", log, "LCM log")->required();
+  }
+  for (CLI::App* const command : {info, check, cut}) {
     command->add_flag("--json", json, "print JSON");
   }
+  exporting->add_option("--mcap", mcap, "file to write")->required();
+  exporting->add_option("--config", config,
+                        "robot YAML, for the camera; default: the one beside LOG");
   cut->add_option("SPAN", span, "T0:T1, seconds from the begin of the log")->required();
   cut->add_option("OUT", out, "log to write")->required();
   try {
@@ -76,6 +112,7 @@ int Main(int argc, char** argv) {
   }
   if (*info) return Inspect(log, InspectDepth::kHeaders, json);
   if (*check) return Inspect(log, InspectDepth::kDecode, json);
+  if (*exporting) return Export(log, config, mcap);
   return Cut(log, span, out, json);
 }
 

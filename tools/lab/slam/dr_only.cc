@@ -1,5 +1,7 @@
 #include "tools/lab/slam/dr_only.h"
 
+#include <utility>
+
 #include "common/good_weights/dr_history.h"
 #include "common/wire/channels.h"
 #include "common/wire/wire.h"
@@ -56,40 +58,73 @@ std::optional<Sample> DecodeCounted(const process::LogEvent& event, DrOnlyRun* r
 
 }  // namespace
 
-Result<DrOnlyRun> RunDrOnly(process::EventLogReader& log, const RobotConfig& config,
-                            const std::function<void()>& after_event) {
+class DrOnlyRunner::Impl {
+ public:
+  explicit Impl(std::optional<dr_ekf::DrFilter> filter)
+      : filter_(std::move(filter)), states_(&run_) {}
+
+  void Add(const process::LogEvent& event) {
+    run_.clock.Add(event.received);
+    ++run_.messages[std::string(event.channel)];
+    if (event.channel == wire::kImu) {
+      if (const auto sample = DecodeCounted<ImuSample>(event, &run_)) {
+        run_.gyro.push_back({sample->utime, sample->w_I_rad_s, run_.wheels.size()});
+        if (filter_) Take(filter_->Push(*sample));
+      }
+    } else if (event.channel == wire::kWheel) {
+      if (const auto sample = DecodeCounted<WheelSample>(event, &run_)) {
+        run_.wheels.push_back(*sample);
+        if (filter_) Take(filter_->Push(*sample));
+      }
+    } else if (event.channel == wire::kDr && !filter_) {
+      if (const auto state = DecodeCounted<DrState>(event, &run_)) states_.Add(*state);
+    }
+  }
+
+  DrOnlyRun TakeRun() { return std::move(run_); }
+
+ private:
+  void Take(const dr_ekf::DrFilter::Output& output) {
+    run_.counters = output.counters;
+    for (const DrState& state : output.states) states_.Add(state);
+  }
+
+  std::optional<dr_ekf::DrFilter> filter_;
+  DrOnlyRun run_;
+  StateCollector states_;
+};
+
+DrOnlyRunner::DrOnlyRunner(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+DrOnlyRunner::DrOnlyRunner(DrOnlyRunner&&) noexcept = default;
+DrOnlyRunner::~DrOnlyRunner() = default;
+
+Result<DrOnlyRunner> DrOnlyRunner::Create(const RobotConfig& config) {
   std::optional<dr_ekf::DrFilter> filter;
   if (config.dr_ekf.source == DrSource::kSensors) {
     auto created = dr_ekf::DrFilter::Create(config.dr_ekf, config.calibration);
     if (!created) return created.error();
     filter = std::move(*created);
   }
-  DrOnlyRun run;
-  StateCollector states(&run);
-  const auto take = [&](const dr_ekf::DrFilter::Output& output) {
-    run.counters = output.counters;
-    for (const DrState& state : output.states) states.Add(state);
-  };
+  return DrOnlyRunner(std::make_unique<Impl>(std::move(filter)));
+}
+
+void DrOnlyRunner::Add(const process::LogEvent& event) {
+  impl_->Add(event);
+}
+DrOnlyRun DrOnlyRunner::Take() {
+  return impl_->TakeRun();
+}
+
+Result<DrOnlyRun> RunDrOnly(process::EventLogReader& log, const RobotConfig& config,
+                            const std::function<void()>& after_event) {
+  auto runner = DrOnlyRunner::Create(config);
+  if (!runner) return runner.error();
   while (const auto event = log.Next()) {
-    run.clock.Add(event->received);
-    ++run.messages[std::string(event->channel)];
-    if (event->channel == wire::kImu) {
-      if (const auto sample = DecodeCounted<ImuSample>(*event, &run)) {
-        run.gyro.push_back({sample->utime, sample->w_I_rad_s, run.wheels.size()});
-        if (filter) take(filter->Push(*sample));
-      }
-    } else if (event->channel == wire::kWheel) {
-      if (const auto sample = DecodeCounted<WheelSample>(*event, &run)) {
-        run.wheels.push_back(*sample);
-        if (filter) take(filter->Push(*sample));
-      }
-    } else if (event->channel == wire::kDr && !filter) {
-      if (const auto state = DecodeCounted<DrState>(*event, &run)) states.Add(*state);
-    }
+    runner->Add(*event);
     if (after_event) after_event();
   }
   if (log.error()) return *log.error();
-  return run;
+  return runner->Take();
 }
 
 }  // namespace gw::tools

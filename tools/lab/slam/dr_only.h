@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,8 +53,26 @@ struct DrOnlyRun {
   LogClock clock;
 };
 
-// Error: kBadConfig when the configuration has nothing to reckon with (neither IMU nor wheels, no
-// recorded DR); kIo when reading fails half-way.
+// The same, event by event.
+class DrOnlyRunner {
+ public:
+  // Error: kBadConfig when the configuration has nothing to reckon with (neither IMU nor wheels, no
+  // recorded DR).
+  static Result<DrOnlyRunner> Create(const RobotConfig& config);
+  DrOnlyRunner(DrOnlyRunner&&) noexcept;
+  ~DrOnlyRunner();
+
+  void Add(const process::LogEvent& event);
+  // What came of the events so far; the runner must not be used afterwards.
+  DrOnlyRun Take();
+
+ private:
+  class Impl;
+  explicit DrOnlyRunner(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+// A whole log. Error: as of DrOnlyRunner; kIo when reading fails half-way.
 Result<DrOnlyRun> RunDrOnly(process::EventLogReader& log, const RobotConfig& config,
                             const std::function<void()>& after_event = nullptr);
 

@@ -190,6 +190,11 @@ int Run(const Arguments& arguments) {
                  arguments.log + ": no camera message that can be decoded; see gw-log info, or use "
                                  "--dr-only for dead reckoning alone"});
   }
+  const std::string dr_fault = session->dr_fault();
+  if (!dr_fault.empty()) {
+    std::fprintf(stderr, "gw-slam: warning: dead reckoning contradicts vision: %s\n",
+                 dr_fault.c_str());
+  }
   const Result<Done> written = WriteOutputs(arguments.out, *config, run, *session);
   if (!written) return Fail(written.error());
   if (!arguments.timing.empty()) {

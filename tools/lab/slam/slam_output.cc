@@ -30,6 +30,17 @@ std::string FramesTable(const std::vector<FramePose>& frames) {
   return out;
 }
 
+// What dead reckoning counted for in each image: translation and rotation, by the law of alpha and
+// after its bound.
+std::string DrPriorTable(const std::vector<FrameDetail>& details) {
+  std::string out = "utime,q,q_close,alpha_t,alpha_r,bounded_t,bounded_r\n";
+  for (const FrameDetail& p : details) {
+    out += Format("%" PRId64 ",%.6f,%.6f,%.6g,%.6g,%.6g,%.6g\n", p.utime.us, p.q, p.q_close,
+                  p.alpha_translation, p.alpha_rotation, p.bounded_translation, p.bounded_rotation);
+  }
+  return out;
+}
+
 // Upper triangles, row by row: c of each pose of trajectory.tum, m of the motion over the motion_us
 // before it (all 0 where there is none).
 std::string CovarianceTable(const SlamSession& session) {
@@ -129,6 +140,7 @@ std::string Report(const RobotConfig& config, const RunDescription& run,
                        {"time_steps", TimeStepsJson(run.laps.log.time_steps)},
                        {"messages_undecodable", session.counters().undecodable},
                        {"dr_refused", session.counters().dr_refused},
+                       {"dr_fault", session.dr_fault()},
                        {"map_gaps", session.counters().map_gaps},
                        {"map", MapJson(session.mapper())},
                        {"loops", LoopsJson(session.mapper())},
@@ -199,6 +211,10 @@ const char* ReasonName(TrackingReason reason) {
       return "place_unknown";
     case TrackingReason::kDrContradictsVision:
       return "dr_contradicts_vision";
+    case TrackingReason::kFixedInImage:
+      return "fixed_in_image";
+    case TrackingReason::kEyesApart:
+      return "eyes_apart";
   }
   return "invalid";
 }
@@ -254,6 +270,7 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
       {"dr.tum", dr},
       {"frames.csv", FramesTable(session.frames())},
       {"covariance.csv", CovarianceTable(session)},
+      {"dr_prior.csv", DrPriorTable(session.details())},
       {"report.json", Report(config, run, session)}};
   for (const auto& [name, text] : files) {
     const Result<Done> written = WriteTextFile(folder + "/" + name, text);

@@ -21,10 +21,10 @@ struct RunDescription {
   LapsRun laps = {};
 };
 
-// Writes trajectory.tum, trajectory_final.tum, keyframes.tum, dr.tum, frames.csv, covariance.csv
-// and report.json into `folder` (made when missing); of a run of several laps also lapN/
-// trajectory.tum, trajectory_final.tum and keyframes.tum in times of the log. Error kIo: the file
-// and what the system says.
+// Writes trajectory.tum, trajectory_final.tum, keyframes.tum, dr.tum, frames.csv, covariance.csv,
+// dr_prior.csv and report.json into `folder` (made when missing); of a run of several laps also
+// lapN/trajectory.tum, trajectory_final.tum and keyframes.tum in times of the log. Error kIo: the
+// file and what the system says.
 Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
                           const RunDescription& run, const SlamSession& session);
 

@@ -112,6 +112,8 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
   frontend::TrackerOutput out = stages_.tracker.Push(frame);
   if (now_us_) tracking_us_.push_back(now_us_() - begin_us);
   frames_.push_back(out.pose);
+  out.detail.features = {};
+  details_.push_back(std::move(out.detail));
   dr_poses_.push_back(dr_.PoseAt(frame.utime, kMaxDrExtrapolation));
   if (stages_.dr_filter) Deliver(stages_.dr_filter->Push(out.pose));
   if (out.query) backend_.Ask(*out.query, frame.utime);
@@ -128,6 +130,7 @@ void SlamSession::Deliver(const std::vector<MapUpdate>& updates) {
 
 void SlamSession::Deliver(const dr_ekf::DrFilter::Output& output) {
   dr_counters_ = output.counters;
+  if (watch_dr_) watch_dr_(output);
   for (const DrState& state : output.states) ProcessDr(state);
 }
 

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -56,8 +57,15 @@ class SlamSession {
     backend_.MeasureLocalBa(now_us);
   }
 
+  // From now on shows everything that the DR filter gives out; it has no influence.
+  void WatchDr(std::function<void(const dr_ekf::DrFilter::Output&)> watch) {
+    watch_dr_ = std::move(watch);
+  }
+
   // Every image's pose, as it was published.
   const std::vector<FramePose>& frames() const { return frames_; }
+  // Of the same images, without their features.
+  const std::vector<FrameDetail>& details() const { return details_; }
   // The same image's pose expressed by the final keyframes.
   SE3 FinalPose(const FramePose& frame) const;
   // Per image: T_OB of dead reckoning alone, as far as it was known when the image came; whatever
@@ -66,6 +74,9 @@ class SlamSession {
   // Per image, us; empty without MeasureTimes().
   const std::vector<int64_t>& tracking_us() const { return tracking_us_; }
   const std::vector<MeasuredTime>& local_ba_times() const { return backend_.local_ba_times(); }
+  // In words: why healthy vision contradicts dead reckoning at the end; empty where it does not, or
+  // no constant explains it.
+  std::string dr_fault() const { return frontend::Describe(stages_.tracker.dr_fault()); }
   const backend::Mapper& mapper() const { return backend_.mapper(); }
   // Newest keyframe of the map that the run began with; those after it are its own.
   KeyframeId newest_before() const { return newest_before_; }
@@ -101,7 +112,9 @@ class SlamSession {
   uint32_t reset_base_ = 0;    // added to the reset counter: each lap is a new life of DR
   uint32_t newest_reset_ = 0;  // as given to the front-end
   std::function<int64_t()> now_us_;
+  std::function<void(const dr_ekf::DrFilter::Output&)> watch_dr_;
   std::vector<FramePose> frames_;
+  std::vector<FrameDetail> details_;
   std::vector<std::optional<SE3>> dr_poses_;
   std::vector<int64_t> tracking_us_;
   SlamCounters counters_;

@@ -133,7 +133,7 @@ std::string AllOutputs(const SlamSession& session, const std::string& folder) {
   EXPECT_TRUE(WriteOutputs(folder, Robot(), {"log.lcm", "full"}, session).ok());
   std::ostringstream all;
   for (const char* name : {"trajectory.tum", "trajectory_final.tum", "keyframes.tum", "dr.tum",
-                           "frames.csv", "covariance.csv", "report.json"}) {
+                           "frames.csv", "covariance.csv", "dr_prior.csv", "report.json"}) {
     all << std::ifstream(folder + "/" + name).rdbuf();
   }
   return all.str();

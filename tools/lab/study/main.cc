@@ -1,5 +1,5 @@
-// gw-study: the figures of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, localisation in a map
-// and its loops, one command each.
+// gw-study: the figures of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, localisation in a map,
+// its loops, and faults, one command each.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
@@ -26,11 +26,14 @@ constexpr Command kCommands[] = {
     {"repeat-run", "the same way lap after lap, the map kept", MakeRepeatRunStudy},
     {"localize", "starts in a saved map, and the robot carried about in it", MakeLocalizeStudy},
     {"loops", "are the loops of a drive closed, and does that make the map better", MakeLoopsStudy},
+    {"dr-faults", "faults of wheels, IMU and extrinsics, one after the other", MakeDrFaultsStudy},
+    {"vision-faults", "faults of the camera, one after the other", MakeVisionFaultsStudy},
 };
 
 int Main(int argc, char** argv) {
   CLI::App app(
-      "The paper's studies, localisation in a map, and its loops. Each writes NAME.md, NAME.csv\n"
+      "The paper's studies, localisation in a map, its loops, and faults. Each writes NAME.md, "
+      "NAME.csv\n"
       "and NAME.svg and prints the first.\n"
       "Exit: 0 ok, 1 failed, 2 usage, 78 bad configuration.");
   app.set_version_flag("--version", Version());

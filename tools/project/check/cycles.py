@@ -11,7 +11,7 @@ import sys
 
 import sources
 
-ROOMS = ["tools/data", "tools/robot", "tools/lab", "tools/sim"]  # tools/README.md
+ROOMS = ["tools/data", "tools/robot", "tools/view", "tools/lab", "tools/sim"]  # tools/README.md
 
 
 def includes():

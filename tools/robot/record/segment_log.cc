@@ -1,5 +1,7 @@
 #include "tools/robot/record/segment_log.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -27,11 +29,9 @@ std::string FileStamp(Utime time) {
   const std::time_t seconds = time.us / 1000000;
   std::tm parts{};
   gmtime_r(&seconds, &parts);
-  char text[64];
-  std::snprintf(text, sizeof text, "%04d-%02d-%02dT%02d-%02d-%02d.%06d", parts.tm_year + 1900,
-                parts.tm_mon + 1, parts.tm_mday, parts.tm_hour, parts.tm_min, parts.tm_sec,
-                static_cast<int>(time.us % 1000000));
-  return text;
+  return fmt::format("{:04}-{:02}-{:02}T{:02}-{:02}-{:02}.{:06}", parts.tm_year + 1900,
+                     parts.tm_mon + 1, parts.tm_mday, parts.tm_hour, parts.tm_min, parts.tm_sec,
+                     time.us % 1000000);
 }
 
 Result<SegmentLog> SegmentLog::Open(const fs::path& folder, const SegmentLimits& limits) {

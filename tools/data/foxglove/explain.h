@@ -1,0 +1,27 @@
+// One sentence about an image: what vision saw, and how much dead reckoning carries. For people.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "common/contract/frame_detail.h"
+#include "common/contract/tracking.h"
+#include "tools/data/foxglove/json_parts.h"
+
+namespace gw::foxglove {
+
+// "tracking", "dr_only", ... as in frames.csv of docs/programs.md.
+std::string StatusName(TrackingStatus status);
+// "none", "too_few_features", ...
+std::string ReasonName(TrackingReason reason);
+// "none", "alpha_min", ...
+std::string BoundName(AlphaBound bound);
+
+// "3 of 120 landmarks; turn from dead reckoning 94 %, way 99 %: too few matches". detail: of the
+// same image, where the front-end sends it.
+std::string Explain(const FramePose& pose, const std::optional<FrameDetail>& detail);
+
+// gw.Weights.
+Json WeightsMessage(const FramePose& pose, const std::optional<FrameDetail>& detail);
+
+}  // namespace gw::foxglove

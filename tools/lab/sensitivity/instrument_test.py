@@ -1,0 +1,94 @@
+#!/usr/bin/env python3
+"""Instrumented sources say what they said before, and what cannot be changed is left alone."""
+import os
+import pathlib
+import sys
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+import instrument  # noqa: E402
+import sensitivity  # noqa: E402
+
+HEAD = '#include "x.h"\n'
+
+
+def ids(constants):
+    return [c.id for c in constants if not c.why]
+
+
+class Instrument(unittest.TestCase):
+    def test_a_constant_becomes_a_call_with_its_name_type_and_value(self):
+        text, constants = instrument.instrument_text("a.cc", HEAD + "constexpr double kFoo = 1e-3;  // m\n")
+        self.assertIn('const double kFoo = gw::override_value::Of<double>("a.cc:kFoo", 1e-3);  // m', text)
+        self.assertTrue(text.startswith('#include "tools/lab/sensitivity/override.h"') or
+                        '#include "tools/lab/sensitivity/override.h"\n#include "x.h"' in text)
+        self.assertEqual(ids(constants), ["a.cc:kFoo"])
+
+    def test_members_locals_and_several_in_one_line(self):
+        text, constants = instrument.instrument_text(
+            "a.h", HEAD + "  static constexpr int kMember = 3;\n  constexpr float kLocal = 2.5F;\n"
+                          "constexpr double kA = 1, kB = std::pow(2, 3);\n")
+        self.assertIn("  inline static const int kMember = ", text)
+        self.assertIn("  static const float kLocal = ", text)
+        self.assertIn('kB = gw::override_value::Of<double>("a.h:kB", std::pow(2, 3));', text)
+        self.assertEqual(len(ids(constants)), 4)
+
+    def test_two_of_one_name_are_told_apart(self):
+        _, constants = instrument.instrument_text(
+            "a.cc", HEAD + "  constexpr int kR = 2;\n  constexpr int kR = 3;\n")
+        self.assertEqual(ids(constants), ["a.cc:kR", "a.cc:kR#2"])
+
+    def test_what_is_made_of_others_follows_them_without_a_change_of_its_own(self):
+        text, constants = instrument.instrument_text(
+            "a.cc", HEAD + "constexpr int kR = 2;\nconstexpr int kSide = 2 * kR + 1;\n")
+        self.assertIn("const int kSide = 2 * kR + 1;", text)
+        self.assertNotIn("constexpr", text)
+        self.assertEqual(ids(constants), ["a.cc:kR"])
+        self.assertEqual(constants[1].why, "made of kR")
+
+    def test_no_constant_no_change(self):
+        source = HEAD + "int kFoo = 3;\nconstexpr std::array<int, 2> kTable = {1, 2};\nconstexpr char kName[] = \"a\";\n"
+        self.assertEqual(instrument.instrument_text("a.cc", source), (source, []))
+
+    def test_the_compiler_names_what_has_to_stay(self):
+        source = HEAD + "constexpr int kSize = 4;\nconstexpr int kOther = 5;\n"
+        _, constants = instrument.instrument_text("b/a.cc", source)
+        gcc = ("../b/a.cc:9:20: error: the value of 'gw::kSize' is not usable in a constant expression\n"
+               "    9 |   std::array<int, kSize> table;\n")
+        self.assertEqual(instrument.to_revert(gcc, constants), {"b/a.cc:kSize"})
+        text, constants = instrument.instrument_text("b/a.cc", source, {"b/a.cc:kSize"})
+        self.assertIn("constexpr int kSize = 4;", text)
+        self.assertEqual([c.why for c in constants], ["needed by the compiler", ""])
+
+    def test_shares_near_one_are_changed_by_what_they_lack(self):
+        self.assertEqual(sensitivity.directions("kFewestShare", "0.6"), ("less", "more"))
+        self.assertEqual(sensitivity.directions("kFewestShare", "0.25"), ("half", "double"))
+        self.assertEqual(sensitivity.directions("kHintSigma", "0.6"), ("half", "double"))
+
+    def test_every_constant_of_the_cores_is_found(self):
+        root = HERE.parents[2]
+        constants = []
+        for path in instrument.sources(root, sensitivity.FOLDERS):
+            constants += instrument.instrument_text(path, (root / path).read_text())[1]
+        self.assertGreater(len(ids(constants)), 150)
+        self.assertIn("common/vision/reprojection.h:kChi2Pixel", ids(constants))
+        self.assertEqual(len({c.id for c in constants}), len(constants))
+
+
+class Table(unittest.TestCase):
+    def row(self, **changes):
+        return {"seed": "0", "exit": "0", "digest": "a", "live": "0.01", "keyframes": "0.01", **changes}
+
+    def test_effects_are_in_deviations_of_the_starts(self):
+        scatter = sensitivity.Scatter([self.row(), self.row(seed="1", live="0.012"), self.row(seed="2", live="0.014")])
+        self.assertEqual(sensitivity.effect(self.row(), scatter), (None, "="))
+        much, text = sensitivity.effect(self.row(digest="b", live="0.016"), scatter)
+        self.assertAlmostEqual(much, 3)
+        self.assertEqual(text, "+3.0 +0.0")
+        self.assertEqual(sensitivity.effect(self.row(exit="-11"), scatter)[1], "fails")
+
+
+if __name__ == "__main__":
+    os.environ.pop("GW_OVERRIDE", None)
+    unittest.main()

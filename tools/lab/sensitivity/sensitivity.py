@@ -1,0 +1,293 @@
+#!/usr/bin/env python3
+"""What half and double of every numeric constant of the cores do to the result of gw-slam.
+
+    sensitivity.py build --scratch DIR [--commit HEAD]
+    sensitivity.py run   --scratch DIR LOG[@T0:T1]... [--only REGEX] [--seeds N]
+    sensitivity.py table --scratch DIR [--all]
+
+`build` copies the tree of a commit into DIR, makes the constants changeable there (instrument.py) and
+builds gw-slam once. `run` runs each log (its configuration LOG.yaml beside it,
+its reference LOG.gt.tum or the log itself) undisturbed from N starts, which is the scatter, and
+with half and double of each constant; every run is a line of DIR/runs.csv, and what is there is
+not run again. `table` prints Markdown.
+"""
+import argparse
+import csv
+import hashlib
+import json
+import os
+import pathlib
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+
+import instrument
+
+FOLDERS = ["frontend/core", "backend/core", "common/good_weights", "common/vision"]
+FIELDS = ["constant", "direction", "log", "seed", "before", "after", "live", "keyframes", "digest", "exit", "cpu_s"]
+MOST_SECONDS = 300  # of a run; constants that are off can make it endless
+NEAR_ONE = re.compile(r"Cos|Share|Ratio|Quality|Coverage|Part|Surface")
+
+
+def repository():
+    return pathlib.Path(subprocess.run(["git", "rev-parse", "--show-toplevel"], capture_output=True, text=True,
+                                       check=True, cwd=pathlib.Path(__file__).parent).stdout.strip())
+
+
+def program(name):
+    """One that no constant changes: that of the repository's own build."""
+    return repository() / "build/dev/bin" / name
+
+
+# --- build
+
+def write_changed(path, content):
+    """Unchanged files keep their time, so that little is built again."""
+    if not path.exists() or path.read_bytes() != content:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
+def copy_tree(scratch, commit):
+    """The tree of a commit, into scratch/original."""
+    original = scratch / "original"
+    shutil.rmtree(original, ignore_errors=True)
+    original.mkdir()
+    archive = subprocess.run(["git", "archive", commit], capture_output=True, check=True, cwd=repository())
+    subprocess.run(["tar", "-x", "-C", original], input=archive.stdout, check=True)
+
+
+def write_instrumented(scratch, reverted):
+    """scratch/tree: the copy, instrumented. Returns all constants."""
+    original, constants = scratch / "original", []
+    changeable = set(instrument.sources(original, FOLDERS))
+    for path in sorted(p for p in original.rglob("*") if p.is_file()):
+        name, content = str(path.relative_to(original)), path.read_bytes()
+        if name in changeable:
+            text, found = instrument.instrument_text(name, content.decode(), reverted)
+            constants += found
+            content = text.encode()
+        write_changed(scratch / "tree" / name, content)
+    return constants
+
+
+def build(scratch, commit):
+    tree, log = scratch / "tree", scratch / "build.log"
+    copy_tree(scratch, commit)
+    kept = scratch / "needed_by_the_compiler.txt"
+    reverted = set(kept.read_text().split()) if kept.exists() else set()
+    constants = write_instrumented(scratch, reverted)
+    # Preset and layout of the repository itself, so that ccache knows what is unchanged.
+    subprocess.run(["cmake", "--preset", "dev"], check=True, stdout=subprocess.DEVNULL, cwd=tree)
+    while True:
+        done = subprocess.run(["cmake", "--build", "build/dev", "--target", "gw-slam",
+                               "--", "-j2", "-k0"], capture_output=True, text=True, cwd=tree)
+        log.write_text(done.stdout + done.stderr)
+        if done.returncode == 0:
+            break
+        new = instrument.to_revert(done.stdout + done.stderr, constants) - reverted
+        if not new:
+            sys.exit(f"the copy does not build, and no constant is named: {log}")
+        print(f"needed by the compiler: {', '.join(sorted(new))}", flush=True)
+        reverted |= new
+        kept.write_text("\n".join(sorted(reverted)))
+        constants = write_instrumented(scratch, reverted)
+    with open(scratch / "constants.csv", "w", newline="") as f:
+        writer = csv.writer(f)
+        writer.writerow(["constant", "line", "value", "left_as_it_is"])
+        writer.writerows([c.id, c.line, c.value, c.why] for c in constants)
+    left = sum(1 for c in constants if c.why)
+    print(f"{len(constants)} constants, {len(constants) - left} of them changeable")
+
+
+# --- run
+
+class Log:
+    """A scenario: LOG or LOG@T0:T1, cut into the scratch folder."""
+
+    def __init__(self, scratch, text):
+        path, _, span = text.partition("@")
+        self.path = pathlib.Path(path)
+        self.name = self.path.stem + ("@" + span if span else "")
+        self.config = self.path.with_suffix(".yaml")
+        truth = self.path.with_suffix(".gt.tum")
+        self.reference = truth if truth.exists() else self.path
+        self.align = "yaw" if "corridor" in self.name else "se3"  # a line has no roll about itself
+        if span:
+            cut = scratch / "logs" / (self.name.replace("@", "_").replace(":", "_") + ".lcm")
+            cut.parent.mkdir(exist_ok=True)
+            if not cut.exists():
+                subprocess.run([program("gw-log"), "cut", self.path, span, cut], check=True,
+                               stdout=subprocess.DEVNULL)
+            self.path = cut
+
+
+def ape(scratch, log, estimate):
+    """APE RMSE in m, or '' when the estimate cannot be compared."""
+    result = scratch / "eval.json"
+    result.unlink(missing_ok=True)
+    subprocess.run([program("gw-eval"), "--align", log.align, "--ref", log.reference, "--est", estimate,
+                    "--json", result], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    if not result.exists():
+        return ""
+    return f'{json.loads(result.read_text())["ape"]["translation_m"]["rmse"]:.5f}'
+
+
+def digest(folder):
+    """Of everything the run says, but for the report, which names the binary."""
+    total = hashlib.sha256()
+    for path in sorted(folder.iterdir()):
+        if path.is_file() and path.name != "report.json":
+            total.update(path.name.encode() + path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def run_once(scratch, log, constant, direction, seed):
+    out = scratch / "out"
+    shutil.rmtree(out, ignore_errors=True)
+    environment = dict(os.environ)
+    environment.pop("GW_OVERRIDE", None)
+    if constant:
+        environment["GW_OVERRIDE"] = f"{constant}={direction}"
+    command = ["nice", "-n", "19", scratch / "tree/build/dev/bin/gw-slam", log.path, "--config", log.config, "--out", out,
+               "--seed", str(seed)]
+    before = os.times()
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=MOST_SECONDS)
+        code, told = done.returncode, done.stderr
+    except subprocess.TimeoutExpired as error:
+        code, told = "timeout", (error.stderr or b"").decode()
+    after = os.times()
+    values = re.search(r"^override: \S+ (\S+) (\S+)$", told, re.M)
+    complete = code == 0
+    return {"constant": constant, "direction": direction, "log": log.name, "seed": seed,
+            "before": values[1] if values else "", "after": values[2] if values else "",
+            "live": ape(scratch, log, out / "trajectory.tum") if complete else "",
+            "keyframes": ape(scratch, log, out / "keyframes.tum") if complete else "",
+            "digest": digest(out) if complete else "", "exit": code,
+            "cpu_s": f"{after.children_user + after.children_system - before.children_user - before.children_system:.2f}"}
+
+
+def directions(name, value):
+    """Half and double; a share, ratio or cosine of one half or more changes what it lacks to one."""
+    try:
+        near_one = 0.5 <= float(value.rstrip("fF")) < 1
+    except ValueError:
+        near_one = False
+    return ("less", "more") if near_one and NEAR_ONE.search(name) else ("half", "double")
+
+
+def read(path):
+    if not path.exists():
+        return []
+    with open(path, newline="") as f:
+        return list(csv.DictReader(f))
+
+
+def run(scratch, logs, only, seeds):
+    results = scratch / "runs.csv"
+    done = {(r["constant"], r["direction"], r["log"], r["seed"]) for r in read(results)}
+    wanted = [("", "", log, str(seed)) for log in logs for seed in range(seeds)]
+    for constant in read(scratch / "constants.csv"):
+        if not constant["left_as_it_is"] and re.search(only, constant["constant"]):
+            name = constant["constant"].split(":")[1]
+            wanted += [(constant["constant"], d, log, "0") for d in directions(name, constant["value"]) for log in logs]
+    wanted = [w for w in wanted if (w[0], w[1], w[2].name, w[3]) not in done]
+    started, new = time.monotonic(), not results.exists()
+    with open(results, "a", newline="") as f:
+        writer = csv.DictWriter(f, FIELDS)
+        if new:
+            writer.writeheader()
+        for i, (constant, direction, log, seed) in enumerate(wanted):
+            writer.writerow(run_once(scratch, log, constant, direction, seed))
+            f.flush()
+            if i % 20 == 19:
+                print(f"{i + 1} of {len(wanted)} runs, {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
+
+
+# --- table
+
+class Scatter:
+    """Undisturbed runs of one log: the digest, and mean and deviation of both errors over the starts."""
+
+    def __init__(self, rows):
+        self.digest = next(r["digest"] for r in rows if r["seed"] == "0")
+        self.first, self.deviation = {}, {}
+        for what in ("live", "keyframes"):
+            values = [float(r[what]) for r in rows if r[what]]
+            self.first[what] = float(next(r[what] for r in rows if r["seed"] == "0"))
+            self.deviation[what] = max(statistics.stdev(values), 1e-5) if len(values) > 1 else float("nan")
+
+
+def effect(row, scatter):
+    """(how much worse in deviations of the starts, text) of one run against the undisturbed one."""
+    if row["exit"] != "0":
+        return float("inf"), "fails" if row["exit"] != "timeout" else "endless"
+    if row["digest"] == scatter.digest:
+        return None, "="
+    if not row["live"] or not row["keyframes"]:
+        return float("inf"), "no pose"
+    changes = [(float(row[w]) - scatter.first[w]) / scatter.deviation[w] for w in ("live", "keyframes")]
+    return max(changes), f"{changes[0]:+.1f} {changes[1]:+.1f}"
+
+
+def table(scratch, everything, sharp=3.0):
+    rows, constants = read(scratch / "runs.csv"), read(scratch / "constants.csv")
+    logs = list(dict.fromkeys(r["log"] for r in rows if not r["constant"]))
+    scatters = {log: Scatter([r for r in rows if r["log"] == log and not r["constant"]]) for log in logs}
+    for log in logs:
+        s = scatters[log]
+        print(f"* {log}: live {s.first['live']:.4f} (deviation over starts {s.deviation['live']:.4f}), "
+              f"keyframes {s.first['keyframes']:.4f} ({s.deviation['keyframes']:.4f}) m")
+    print("\n| constant | value | tried | " + " | ".join(logs) + " | verdict |\n" + "| --- " * (len(logs) + 4) + "|")
+    counts = {}
+    for constant in constants:
+        mine = [r for r in rows if r["constant"] == constant["constant"]]
+        if not mine:
+            continue
+        cells, worst, same = {}, 0.0, True
+        for row in mine:
+            much, text = effect(row, scatters[row["log"]])
+            cells.setdefault((row["direction"], row["after"]), {})[row["log"]] = text
+            same = same and much is None
+            worst = max(worst, much or 0)
+        verdict = "no effect" if same else "sharp" if worst > sharp else "within the scatter" if worst <= 1 else "some"
+        counts[verdict] = counts.get(verdict, 0) + 1
+        if not everything and verdict == "within the scatter":
+            continue
+        for (_, after), by_log in cells.items():
+            print(f"| `{constant['constant']}` | {constant['value']} | {after} | "
+                  + " | ".join(by_log.get(log, "") for log in logs) + f" | {verdict} |")
+    print("\n" + ", ".join(f"{v}: {n}" for v, n in sorted(counts.items())))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    for name in ("build", "run", "table"):
+        command = commands.add_parser(name)
+        command.add_argument("--scratch", type=pathlib.Path, required=True)
+        if name == "build":
+            command.add_argument("--commit", default="HEAD")
+        if name == "run":
+            command.add_argument("logs", nargs="+")
+            command.add_argument("--only", default="", help="constants whose path:name matches")
+            command.add_argument("--seeds", type=int, default=5, help="undisturbed starts that make the scatter")
+        if name == "table":
+            command.add_argument("--all", action="store_true", help="also what stays within the scatter")
+    arguments = parser.parse_args()
+    scratch = arguments.scratch.resolve()
+    scratch.mkdir(parents=True, exist_ok=True)
+    if arguments.command == "build":
+        build(scratch, arguments.commit)
+    elif arguments.command == "run":
+        run(scratch, [Log(scratch, text) for text in arguments.logs], arguments.only, arguments.seeds)
+    else:
+        table(scratch, arguments.all)
+
+
+if __name__ == "__main__":
+    main()

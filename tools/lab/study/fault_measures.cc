@@ -1,0 +1,94 @@
+#include "tools/lab/study/fault_measures.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace gw::study {
+namespace {
+
+constexpr double kMovedDistance = 0.05;         // m
+constexpr double kMovedAngle = 3 * M_PI / 180;  // rad
+
+// Distance of the pose from the truth in sigmas of its position. The covariance is that of a
+// perturbation on the right: in the axes of the body.
+double Sigmas(const eval::PosePair& pair, const Matrix6d& cov) {
+  const Eigen::Vector3d error_B =
+      pair.T_est.rotation().conjugate() * (pair.T_ref.translation() - pair.T_est.translation());
+  const Eigen::LLT<Eigen::Matrix3d> factor(cov.topLeftCorner<3, 3>());
+  if (factor.info() != Eigen::Success) return 0;
+  return std::sqrt(error_B.dot(factor.solve(error_B)));
+}
+
+bool HasPose(const FramePose& frame) {
+  return frame.status != TrackingStatus::kLost && frame.status != TrackingStatus::kInitializing &&
+         frame.status != TrackingStatus::kInvalid;
+}
+
+double LongestTooSure(const std::vector<FramePose>& frames,
+                      const std::vector<eval::PosePair>& pairs) {
+  std::map<Utime, const eval::PosePair*> pair_at;
+  for (const eval::PosePair& pair : pairs) pair_at[pair.utime] = &pair;
+  double longest = 0;
+  Utime begin;
+  bool inside = false;
+  for (const FramePose& frame : frames) {
+    const auto pair = pair_at.find(frame.utime);
+    if (pair == pair_at.end()) continue;  // no truth: says nothing
+    if (frame.status != TrackingStatus::kTracking ||
+        !(Sigmas(*pair->second, frame.cov_T_WB) > kTooSureSigmas)) {
+      inside = false;
+      continue;
+    }
+    if (!inside) begin = frame.utime;
+    inside = true;
+    longest = std::max(longest, (frame.utime - begin).seconds());
+  }
+  return longest;
+}
+
+}  // namespace
+
+FaultNumbers MeasureFault(const measure::SlamRun& run, const SE3& T_BB,
+                          const eval::Trajectory& truth, eval::Alignment alignment) {
+  FaultNumbers out;
+  out.images = static_cast<int64_t>(run.frames.size());
+  bool any_pose = false;
+  eval::Trajectory live;
+  for (const FramePose& frame : run.frames) {
+    any_pose |= HasPose(frame);
+    out.without_pose += any_pose && !HasPose(frame);
+    out.blind += frame.status == TrackingStatus::kDrOnly;
+    live.push_back({frame.utime, frame.T_WB * T_BB});
+  }
+  if (!any_pose) out.without_pose = out.images;
+  eval::EvalOptions options;
+  options.alignment = alignment;
+  const auto evaluation = eval::Evaluate(truth, live, options);
+  if (!evaluation) return out;
+  out.ape_m = evaluation->ape_translation_m.rmse;
+  out.too_sure_s = LongestTooSure(run.frames, evaluation->pairs);
+  return out;
+}
+
+std::optional<double> Ape(const eval::Trajectory& truth, const eval::Trajectory& estimate,
+                          eval::Alignment alignment) {
+  eval::EvalOptions options;
+  options.alignment = alignment;
+  const auto evaluation = eval::Evaluate(truth, estimate, options);
+  if (!evaluation || !std::isfinite(evaluation->ape_translation_m.rmse)) return std::nullopt;
+  return evaluation->ape_translation_m.rmse;
+}
+
+Utime FirstMotion(const eval::Trajectory& truth) {
+  for (const eval::TimedPose& pose : truth) {
+    const SE3 T = truth.front().T.inverse() * pose.T;
+    if (T.translation().norm() > kMovedDistance || LogSO3(T.rotation()).norm() > kMovedAngle) {
+      return pose.utime;
+    }
+  }
+  return truth.empty() ? Utime{} : truth.back().utime;
+}
+
+}  // namespace gw::study

@@ -1,0 +1,126 @@
+#include "tools/lab/study/fault_run.h"
+
+#include <utility>
+
+#include "common/wire/channels.h"
+#include "tools/data/fault/fault_injector.h"
+#include "tools/lab/slam/dr_motion.h"
+#include "tools/lab/slam/slam_output.h"
+
+namespace gw::study {
+namespace {
+
+using Take = std::function<void(const process::LogEvent&)>;
+
+// Gives out the events of the log with the fault in them. keep: which events of the log take part.
+Result<Done> ReadWithFault(const std::string& path, const fault::FaultPlan& plan,
+                           const std::function<bool(const process::LogEvent&)>& keep,
+                           const Take& take) {
+  auto log = process::EventLogReader::Open(path);
+  if (!log) return log.error();
+  fault::FaultInjector injector(
+      plan,
+      [&](Utime received, std::string_view channel, const wire::Bytes& message) -> Result<Done> {
+        take({0, received, channel, message});
+        return Done{};
+      });
+  while (const auto event = log->Next()) {
+    if (!keep(*event)) continue;
+    const auto added = injector.Add(*event);
+    if (!added) return added.error();
+  }
+  if (log->error()) return *log->error();
+  const auto finished = injector.Finish();
+  if (!finished) return finished.error();
+  return Done{};
+}
+
+Finding& Note(const std::string& name, Utime utime, bool of_dr, Findings* findings) {
+  Finding& finding = findings->try_emplace(name, Finding{utime, 0, of_dr}).first->second;
+  ++finding.count;
+  return finding;
+}
+
+// As the front-end's process says it in HEALTH (frontend/process).
+bool IsDegraded(const FramePose& frame) {
+  return frame.status == TrackingStatus::kLost || frame.status == TrackingStatus::kRecovering ||
+         frame.status == TrackingStatus::kDrOnly ||
+         frame.reason == TrackingReason::kDrContradictsVision;
+}
+
+void NoteReasons(const std::vector<FramePose>& frames, double rate_hz, Findings* findings) {
+  std::map<std::string, int64_t> degraded;  // images
+  for (const FramePose& f : frames) {
+    if (f.reason == TrackingReason::kNone) continue;
+    const std::string name = tools::ReasonName(f.reason);
+    Finding& finding =
+        Note(name, f.utime, f.reason == TrackingReason::kDrContradictsVision, findings);
+    degraded[name] += IsDegraded(f);
+    finding.in_health = static_cast<double>(degraded[name]) >= rate_hz;
+  }
+}
+
+// Times must increase: a filter that began anew says some instants twice.
+void Append(Utime utime, const SE3& T, eval::Trajectory* trajectory) {
+  if (trajectory->empty() || trajectory->back().utime < utime) trajectory->push_back({utime, T});
+}
+
+}  // namespace
+
+Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
+                              const fault::FaultPlan& plan, int seed) {
+  auto session = tools::SlamSession::Create(config);
+  if (!session) return session.error();
+  FaultRun out;
+  Utime now;
+  session->WatchDr([&](const dr_ekf::DrFilter::Output& output) {
+    for (const auto diagnosis : output.found) {
+      Note(std::string(dr_ekf::Name(diagnosis)), now, true, &out.findings).in_health = true;
+    }
+    for (const auto event : output.events) {
+      if (event == dr_ekf::DrEvent::kSlipBegin) Note("slip", now, true, &out.findings);
+    }
+  });
+  int images_to_drop = tools::kImagesPerSeed * seed;
+  const auto done = ReadWithFault(
+      experiment->path, plan,
+      [&](const process::LogEvent& event) {
+        return event.channel != wire::kCamera || images_to_drop-- <= 0;
+      },
+      [&](const process::LogEvent& event) {
+        now = event.received;
+        session->Process(event);
+      });
+  if (!done) return done.error();
+  session->Finish();
+  if (session->frames().empty()) {
+    return Error{ErrorCode::kBadData,
+                 experiment->path + ": no image that can be used; see gw-log info"};
+  }
+  experiment->dr_synthetic |= session->dr_synthetic();
+  out.run = measure::RunOf(*session);
+  NoteReasons(out.run.frames, config.calibration.camera.rate_hz, &out.findings);
+  return out;
+}
+
+Result<DeadReckoning> ReckonWithFault(const Experiment& experiment, const RobotConfig& config,
+                                      const fault::FaultPlan& plan) {
+  auto runner = tools::DrOnlyRunner::Create(config);
+  if (!runner) return runner.error();
+  const auto done = ReadWithFault(
+      experiment.path, plan,
+      [](const process::LogEvent& event) { return event.channel != wire::kCamera; },
+      [&](const process::LogEvent& event) { runner->Add(event); });
+  if (!done) return done.error();
+  const tools::DrOnlyRun run = runner->Take();
+  DeadReckoning out;
+  for (const tools::DrPose& pose : run.poses) Append(pose.utime, pose.T_OB, &out.filter);
+  if (run.wheels.empty()) return out;
+  const auto offset = DurationFromSeconds(config.calibration.wheel.time_offset_s);
+  for (const auto& [utime, T_OB] : tools::SumWheels(run.wheels, offset).poses) {
+    Append(utime, T_OB, &out.wheels);
+  }
+  return out;
+}
+
+}  // namespace gw::study

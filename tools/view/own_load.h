@@ -1,0 +1,21 @@
+// What this process takes of the machine.
+#pragma once
+
+#include "common/core/time.h"
+
+namespace gw::view {
+
+class OwnLoad {
+ public:
+  // Of one core, since the call before, percent; 0 at the first call.
+  double CpuPercent(Utime now);
+  // Resident, MB.
+  static double MemoryMb();
+
+ private:
+  Utime last_;
+  double last_cpu_s_ = 0;
+  bool first_ = true;
+};
+
+}  // namespace gw::view

@@ -1,0 +1,116 @@
+// Running charts over the last two minutes, with one cursor for all; spans without healthy vision are shaded.
+import uPlot from 'uplot';
+import 'uplot/dist/uPlot.min.css';
+import {statusOf} from './status.js';
+
+const SPAN_S = 120;
+const REDRAW_MS = 200;
+
+// One chart: title, unit, whether logarithmic, and its lines.
+const CHARTS = [
+  {title: 'quality of vision, share of dead reckoning', range: [0, 1], lines: [
+    {key: 'q', label: 'Q', color: '--c1'}, {key: 'dr', label: 'DR share', color: '--c2'}]},
+  {title: 'alpha: scale of the DR information', log: true, lines: [
+    {key: 'alpha', label: 'turn', color: '--c1'}, {key: 'alphaWay', label: 'way', color: '--c3'}]},
+  {title: 'error and stated sigma, m', lines: [
+    {key: 'error', label: 'error', color: '--c4'}, {key: 'sigma', label: '1 sigma', color: '--c5'}]},
+  {title: 'image to pose, ms', lines: [{key: 'latency', label: 'latency', color: '--c1'}]},
+];
+
+export class Charts {
+  rows = [];  // {t, status, q, ...}, by time
+  origin = null;  // of the time axis
+
+  constructor(element, onCursor) {
+    this.element = element;
+    this.onCursor = onCursor;
+    this.build();
+    new ResizeObserver(() => this.resize()).observe(element);
+    setInterval(() => this.redraw(), REDRAW_MS);
+  }
+
+  build() {
+    this.element.replaceChildren();
+    const css = getComputedStyle(document.documentElement);
+    const color = (name) => css.getPropertyValue(name).trim();
+    const axis = {stroke: color('--quiet'), grid: {stroke: color('--grid'), width: 1}, ticks: {show: false}, font: '11px system-ui', size: 44};
+    this.plots = CHARTS.map((chart) => {
+      const box = document.createElement('div');
+      this.element.append(box);
+      return new uPlot({
+        width: 300, height: 130, title: chart.title, pxAlign: false,
+        cursor: {sync: {key: 'gw'}, drag: {x: false, y: false}},
+        legend: {live: true},
+        scales: {x: {time: false}, y: chart.log ? {distr: 3} : chart.range ? {range: chart.range} : {range: (u, low, high) => [0, Math.max(high ?? 0, 1e-3) * 1.1]}},
+        axes: [{...axis, size: 28, values: (u, ticks) => ticks.map((t) => `${t} s`)}, axis],
+        series: [{label: 't', value: (u, v) => (v === null ? '' : `${v.toFixed(1)} s`)},
+          ...chart.lines.map((line) => ({label: line.label, stroke: color(line.color), width: 1.5, points: {show: false},
+            value: (u, v) => (v === null || v === undefined ? '-' : v.toPrecision(3))}))],
+        hooks: {drawClear: [(u) => this.shade(u)], setCursor: [(u) => this.cursor(u)]},
+      }, [[], ...chart.lines.map(() => [])], box);
+    });
+    this.resize();
+  }
+
+  resize() {
+    const boxes = [...this.element.children];
+    this.plots.forEach((plot, i) => {
+      const width = boxes[i].clientWidth;
+      if (width > 0) plot.setSize({width, height: 130});
+    });
+  }
+
+  shade(u) {
+    const context = u.ctx;
+    let from = 0;
+    const rows = this.drawn ?? [];
+    for (let i = 1; i <= rows.length; ++i) {
+      if (i < rows.length && rows[i].status === rows[from].status) continue;
+      if (rows[from].status !== 'tracking') {
+        const x0 = u.valToPos(rows[from].t, 'x', true), x1 = u.valToPos(rows[Math.min(i, rows.length - 1)].t, 'x', true);
+        context.fillStyle = `${statusOf(rows[from].status).color}33`;
+        context.fillRect(x0, u.bbox.top, Math.max(x1 - x0, 1), u.bbox.height);
+      }
+      from = i;
+    }
+  }
+
+  cursor(u) {
+    if (u.cursor.event && u.cursor.idx !== null && u.cursor.left >= 0) {
+      this.onCursor(this.origin + u.data[0][u.cursor.idx]);
+    } else if (u.cursor.event && u.cursor.left < 0) {
+      this.onCursor(null);
+    }
+  }
+
+  takeWeights(time, m) {
+    this.origin ??= time;
+    const t = time - this.origin;
+    if (this.rows.length && t < this.rows.at(-1).t) this.rows = [];
+    this.rows.push({t, status: m.status, q: m.q, dr: m.dr_share, alpha: m.alpha || null, alphaWay: m.alpha_translation || null,
+      error: this.error ?? null, sigma: m.sigma_position_m < 5 ? m.sigma_position_m : null, latency: m.latency_ms});
+    while (this.rows.length && this.rows[0].t < t - SPAN_S) this.rows.shift();
+    this.changed = true;
+  }
+
+  takeError(m) {
+    this.error = m.position_m;
+  }
+
+  redraw() {
+    if (!this.changed) return;
+    this.changed = false;
+    this.drawn = this.rows.slice();
+    const t = this.drawn.map((row) => row.t);
+    this.plots.forEach((plot, i) => plot.setData([t, ...CHARTS[i].lines.map(({key}) => this.drawn.map((row) => row[key]))]));
+    this.element.dataset.points = Number(this.element.dataset.points ?? 0) + 1;
+    this.element.dataset.last = t.at(-1);
+  }
+
+  clear() {
+    this.rows = [];
+    this.origin = null;
+    this.error = null;
+    this.changed = true;
+  }
+}

@@ -187,6 +187,29 @@ TEST(Tracker, DeadReckoningCarriesThePoseThroughTheDark) {
   EXPECT_EQ(run.poses.back().status, TrackingStatus::kTracking);
 }
 
+// This source of dead reckoning says nothing of its noise, so that its nominal noise is the bound:
+// alpha below 1 stands, alpha above 1 has no effect (docs/method.md, section 3.3).
+TEST(Tracker, ReportsThePriorByTheLawAndAfterItsBound) {
+  const Recording run = Drive(Variant::kFull, 160, 100, 160, 1.0);
+  for (size_t i = 1; i < run.details.size(); ++i) {
+    const FrameDetail& prior = run.details[i];
+    EXPECT_EQ(prior.utime, run.poses[i].utime);
+    EXPECT_EQ(prior.seq, run.poses[i].seq);
+    EXPECT_EQ(prior.q, run.poses[i].q) << i;
+    EXPECT_LE(prior.q_close, prior.q) << i;
+    EXPECT_EQ(prior.alpha_rotation, run.poses[i].alpha) << i;
+    EXPECT_NEAR(prior.bounded_rotation, std::min(prior.alpha_rotation, 1.0), 1e-6) << i;
+    EXPECT_NEAR(prior.bounded_translation, std::min(prior.alpha_translation, 1.0), 1e-6) << i;
+  }
+  EXPECT_LT(run.details[50].alpha_rotation, 1);
+  EXPECT_GT(run.details[50].alpha_rotation, 0);
+  EXPECT_EQ(run.details[150].alpha_translation, DrWeightConfig{}.alpha_max);
+  for (const FrameDetail& prior : Drive(Variant::kDa, 20, 0, 0, 1.0).details) {
+    EXPECT_EQ(prior.alpha_rotation, 0);
+    EXPECT_EQ(prior.bounded_rotation, 0);
+  }
+}
+
 // Equation 6 of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, has no least number of matches.
 TEST(Tracker, ThePapersPoseTakesAnyNumberOfMatches) {
   FrontendConfig paper;
@@ -225,384 +248,361 @@ TEST(Tracker, ABudgetOfMatchesIsKeptAndTheMapIsNotMadeTwice) {
     };
     EXPECT_LT(run.keyframes.size(), 1.5 * static_cast<double>(all.keyframes.size()));
     EXPECT_LT(landmarks_made(run), 1.3 * landmarks_made(all));
-    // This source of dead reckoning says nothing of its noise, so that its nominal noise is the
-    // bound: alpha below 1 stands, alpha above 1 has no effect (docs/method.md, section 3.3).
-    TEST(Tracker, ReportsThePriorByTheLawAndAfterItsBound) {
-      const Recording run = Drive(Variant::kFull, 160, 100, 160, 1.0);
-      for (size_t i = 1; i < run.details.size(); ++i) {
-        const FrameDetail& prior = run.details[i];
-        EXPECT_EQ(prior.utime, run.poses[i].utime);
-        EXPECT_EQ(prior.seq, run.poses[i].seq);
-        EXPECT_EQ(prior.q, run.poses[i].q) << i;
-        EXPECT_LE(prior.q_close, prior.q) << i;
-        EXPECT_EQ(prior.alpha_rotation, run.poses[i].alpha) << i;
-        EXPECT_NEAR(prior.bounded_rotation, std::min(prior.alpha_rotation, 1.0), 1e-6) << i;
-        EXPECT_NEAR(prior.bounded_translation, std::min(prior.alpha_translation, 1.0), 1e-6) << i;
-      }
-      EXPECT_LT(run.details[50].alpha_rotation, 1);
-      EXPECT_GT(run.details[50].alpha_rotation, 0);
-      EXPECT_EQ(run.details[150].alpha_translation, DrWeightConfig{}.alpha_max);
-      for (const FrameDetail& prior : Drive(Variant::kDa, 20, 0, 0, 1.0).details) {
-        EXPECT_EQ(prior.alpha_rotation, 0);
-        EXPECT_EQ(prior.bounded_rotation, 0);
-      }
-    }
+  }
+}
 
-    TEST(Tracker, CovarianceGrowsWhileBlindAndShrinksAfter) {
-      const Recording run = Drive(Variant::kFull, 300, 100, 160, 1.0);
-      double last = 0;
-      for (int i = 101; i < 160; ++i) {
-        const double trace = run.poses[i].cov_T_WB.diagonal().head<3>().sum();
-        EXPECT_GT(trace, last);
-        last = trace;
+TEST(Tracker, CovarianceGrowsWhileBlindAndShrinksAfter) {
+  const Recording run = Drive(Variant::kFull, 300, 100, 160, 1.0);
+  double last = 0;
+  for (int i = 101; i < 160; ++i) {
+    const double trace = run.poses[i].cov_T_WB.diagonal().head<3>().sum();
+    EXPECT_GT(trace, last);
+    last = trace;
+  }
+  EXPECT_LT(run.poses[299].cov_T_WB.diagonal().head<3>().sum(), last);
+}
+
+// Poses a second apart share their drift: the motion between them is known better than two
+// independent poses would say.
+TEST(Tracker, TellsTheCovarianceOfItsMotion) {
+  const Recording run = Drive(Variant::kFull, 200, 100, 160, 1.0);
+  EXPECT_EQ(run.poses[20].motion_us, 0);
+  for (size_t i = 32; i < run.poses.size(); ++i) {
+    const FramePose& b = run.poses[i];
+    ASSERT_EQ(b.motion_us, 30 * kFrameUs) << i;
+    EXPECT_GT(b.cov_motion.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0) << i;
+    const FramePose& a = run.poses[i - 30];
+    const Matrix6d adj = (b.T_WB.inverse() * a.T_WB).Adjoint();
+    const Matrix6d independent = b.cov_T_WB + adj * a.cov_T_WB * adj.transpose();
+    EXPECT_LE(b.cov_motion.trace(), independent.trace() * (1 + 1e-9)) << i;
+  }
+}
+
+TEST(Tracker, BlindPoseIsExactlyTheDeadReckoning) {
+  const Recording run = Drive(Variant::kFull, 200, 100, 160, 1.02);
+  const SE3 vision = run.poses[99].T_WB.inverse() * run.poses[159].T_WB;
+  SE3 dr;
+  for (int i = 100; i <= 159; ++i) {
+    const SE3 step = TruePose((i - 1) * kFrameUs * 1e-6).inverse() * TruePose(i * kFrameUs * 1e-6);
+    dr = dr * SE3(step.rotation(), 1.02 * step.translation());
+  }
+  EXPECT_LT((vision.inverse() * dr).Log().norm(), 1e-9);
+}
+
+TEST(Tracker, HealthyVisionIgnoresBadDeadReckoning) {
+  const Recording none = Drive(Variant::kNone, 200, 0, 0, 0);
+  const Recording full = Drive(Variant::kFull, 200, 0, 0, 1.05);
+  EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.005);
+}
+
+// Wrong units, signs and stuck headings: healthy vision is not pulled, and says who is wrong.
+TEST(Tracker, DeadReckoningThatContradictsHealthyVisionIsNamedAndNotUsed) {
+  // Full health (Q of 0.9 and more) only comes when the circle has been mapped once.
+  constexpr int kImages = 450;
+  const Recording none = Drive(Variant::kNone, kImages, 0, 0, 0);
+  struct Fault {
+    double way, turn;
+  };
+  for (const auto& [way, turn] : {Fault{2, 1}, Fault{0.5, 1}, Fault{1, 0}, Fault{1, -1}}) {
+    const Recording full = Drive(Variant::kFull, kImages, 0, 0, way, turn);
+    // What was mapped in the seconds before it is noticed stays bent here: there is no back-end.
+    EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.05) << way << " " << turn;
+    EXPECT_EQ(full.poses.back().reason, TrackingReason::kDrContradictsVision);
+    EXPECT_EQ(full.poses.back().status, TrackingStatus::kDegraded);
+    EXPECT_FALSE(full.keyframes.back().dr) << "no edge of it goes into the map";
+    for (size_t i = kImages - 60; i < full.poses.size(); ++i) {
+      EXPECT_EQ(full.poses[i].reason, TrackingReason::kDrContradictsVision) << i;
+    }
+  }
+  const Recording sound = Drive(Variant::kFull, kImages, 0, 0, 1);
+  for (const FramePose& pose : sound.poses) EXPECT_EQ(pose.reason, TrackingReason::kNone);
+}
+
+// A clock that is set back costs a few images, not the map.
+TEST(Tracker, GoesOnInTheSameMapWhenTheClockIsSetBack) {
+  const World world;
+  for (const bool with_dr : {false, true}) {
+    Tracker tracker = *Tracker::Create({}, world.geometry());
+    MapUpdate empty;
+    empty.snapshot = true;
+    EXPECT_TRUE(tracker.Push(empty));
+    constexpr int kSet = 100;
+    int refused = 0;
+    for (int i = 0; i < 200; ++i) {
+      const SE3 T_WB = TruePose(i * kFrameUs * 1e-6);
+      const Utime utime{20'000'000 + i * kFrameUs - (i >= kSet ? 10'000'000 : 0)};
+      DrState s;
+      s.utime = utime;
+      s.seq = i + 1;
+      s.reset_counter = i >= kSet ? 1 : 0;
+      s.T_OB = T_WB;
+      if (with_dr) {
+        EXPECT_TRUE(tracker.Push(s));
       }
-      EXPECT_LT(run.poses[299].cov_T_WB.diagonal().head<3>().sum(), last);
-    }
-
-    // Poses a second apart share their drift: the motion between them is known better than two
-    // independent poses would say.
-    TEST(Tracker, TellsTheCovarianceOfItsMotion) {
-      const Recording run = Drive(Variant::kFull, 200, 100, 160, 1.0);
-      EXPECT_EQ(run.poses[20].motion_us, 0);
-      for (size_t i = 32; i < run.poses.size(); ++i) {
-        const FramePose& b = run.poses[i];
-        ASSERT_EQ(b.motion_us, 30 * kFrameUs) << i;
-        EXPECT_GT(b.cov_motion.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), 0) << i;
-        const FramePose& a = run.poses[i - 30];
-        const Matrix6d adj = (b.T_WB.inverse() * a.T_WB).Adjoint();
-        const Matrix6d independent = b.cov_T_WB + adj * a.cov_T_WB * adj.transpose();
-        EXPECT_LE(b.cov_motion.trace(), independent.trace() * (1 + 1e-9)) << i;
-      }
-    }
-
-    TEST(Tracker, BlindPoseIsExactlyTheDeadReckoning) {
-      const Recording run = Drive(Variant::kFull, 200, 100, 160, 1.02);
-      const SE3 vision = run.poses[99].T_WB.inverse() * run.poses[159].T_WB;
-      SE3 dr;
-      for (int i = 100; i <= 159; ++i) {
-        const SE3 step =
-            TruePose((i - 1) * kFrameUs * 1e-6).inverse() * TruePose(i * kFrameUs * 1e-6);
-        dr = dr * SE3(step.rotation(), 1.02 * step.translation());
-      }
-      EXPECT_LT((vision.inverse() * dr).Log().norm(), 1e-9);
-    }
-
-    TEST(Tracker, HealthyVisionIgnoresBadDeadReckoning) {
-      const Recording none = Drive(Variant::kNone, 200, 0, 0, 0);
-      const Recording full = Drive(Variant::kFull, 200, 0, 0, 1.05);
-      EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.005);
-    }
-
-    // Wrong units, signs and stuck headings: healthy vision is not pulled, and says who is wrong.
-    TEST(Tracker, DeadReckoningThatContradictsHealthyVisionIsNamedAndNotUsed) {
-      // Full health (Q of 0.9 and more) only comes when the circle has been mapped once.
-      constexpr int kImages = 450;
-      const Recording none = Drive(Variant::kNone, kImages, 0, 0, 0);
-      struct Fault {
-        double way, turn;
-      };
-      for (const auto& [way, turn] : {Fault{2, 1}, Fault{0.5, 1}, Fault{1, 0}, Fault{1, -1}}) {
-        const Recording full = Drive(Variant::kFull, kImages, 0, 0, way, turn);
-        // What was mapped in the seconds before it is noticed stays bent here: there is no
-        // back-end.
-        EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.05) << way << " " << turn;
-        EXPECT_EQ(full.poses.back().reason, TrackingReason::kDrContradictsVision);
-        EXPECT_EQ(full.poses.back().status, TrackingStatus::kDegraded);
-        EXPECT_FALSE(full.keyframes.back().dr) << "no edge of it goes into the map";
-        for (size_t i = kImages - 60; i < full.poses.size(); ++i) {
-          EXPECT_EQ(full.poses[i].reason, TrackingReason::kDrContradictsVision) << i;
-        }
-      }
-      const Recording sound = Drive(Variant::kFull, kImages, 0, 0, 1);
-      for (const FramePose& pose : sound.poses) EXPECT_EQ(pose.reason, TrackingReason::kNone);
-    }
-
-    // A clock that is set back costs a few images, not the map.
-    TEST(Tracker, GoesOnInTheSameMapWhenTheClockIsSetBack) {
-      const World world;
-      for (const bool with_dr : {false, true}) {
-        Tracker tracker = *Tracker::Create({}, world.geometry());
-        MapUpdate empty;
-        empty.snapshot = true;
-        EXPECT_TRUE(tracker.Push(empty));
-        constexpr int kSet = 100;
-        int refused = 0;
-        for (int i = 0; i < 200; ++i) {
-          const SE3 T_WB = TruePose(i * kFrameUs * 1e-6);
-          const Utime utime{20'000'000 + i * kFrameUs - (i >= kSet ? 10'000'000 : 0)};
-          DrState s;
-          s.utime = utime;
-          s.seq = i + 1;
-          s.reset_counter = i >= kSet ? 1 : 0;
-          s.T_OB = T_WB;
-          if (with_dr) {
-            EXPECT_TRUE(tracker.Push(s));
-          }
-          const FramePose pose = tracker.Track(utime, i + 1, world.See(T_WB, i, false)).pose;
-          if (pose.reason == TrackingReason::kTimeReversed) {
-            ++refused;
-            EXPECT_LT(i, kSet + 3);
-          } else if (i >= kSet + 6) {
-            EXPECT_EQ(pose.status, TrackingStatus::kTracking) << i;
-            EXPECT_LT((pose.T_WB.translation() - T_WB.translation()).norm(), 0.03) << i;
-          }
-        }
-        EXPECT_EQ(refused, 2);
+      const FramePose pose = tracker.Track(utime, i + 1, world.See(T_WB, i, false)).pose;
+      if (pose.reason == TrackingReason::kTimeReversed) {
+        ++refused;
+        EXPECT_LT(i, kSet + 3);
+      } else if (i >= kSet + 6) {
+        EXPECT_EQ(pose.status, TrackingStatus::kTracking) << i;
+        EXPECT_LT((pose.T_WB.translation() - T_WB.translation()).norm(), 0.03) << i;
       }
     }
+    EXPECT_EQ(refused, 2);
+  }
+}
 
-    PlaceMatch Answer(const PlaceQuery& query, const SE3& T_WC) {
-      PlaceMatch match;
-      match.utime = query.utime;
-      match.query_seq = query.seq;
-      match.found = true;
-      match.T_WC = T_WC;
-      match.cov_T_WC = Matrix6d::Identity() * 1e-4;
-      match.num_sights = 100;
-      match.map_revision = 1;
-      match.keyframe = {1};
-      return match;
+PlaceMatch Answer(const PlaceQuery& query, const SE3& T_WC) {
+  PlaceMatch match;
+  match.utime = query.utime;
+  match.query_seq = query.seq;
+  match.found = true;
+  match.T_WC = T_WC;
+  match.cov_T_WC = Matrix6d::Identity() * 1e-4;
+  match.num_sights = 100;
+  match.map_revision = 1;
+  match.keyframe = {1};
+  return match;
+}
+
+// The map that a drive has made, as its back-end would send it: the landmarks where the keyframes
+// placed them.
+MapUpdate Saved(const World& world, const std::vector<Keyframe>& keyframes) {
+  MapUpdate map;
+  map.snapshot = true;
+  map.revision = 1;
+  std::map<LandmarkId, LandmarkUpdate> landmarks;
+  for (const Keyframe& k : keyframes) {
+    map.newest_keyframe = k.id;
+    map.keyframes.push_back({k.id, k.utime, k.T_WC});
+    for (size_t i = 0; i < k.features.size(); ++i) {
+      if (!k.landmarks[i].valid()) continue;
+      LandmarkUpdate& l = landmarks[k.landmarks[i]];
+      l.observations.push_back({k.id, static_cast<int32_t>(i)});
+      if (l.id.valid()) continue;
+      const Feature& f = k.features[i];
+      const Eigen::Vector3d p_C = world.geometry().rectified.Unproject(f.u, f.v, f.depth);
+      l.id = k.landmarks[i];
+      l.p_W = k.T_WC * p_C;
+      l.normal_W = k.T_WC.rotation() * p_C.normalized();
+      l.max_distance = static_cast<float>(p_C.norm());  // all features are of level 0
+      l.min_distance = l.max_distance / 3.6F;
+      l.descriptor = k.descriptors[i];
     }
+  }
+  for (const auto& [id, landmark] : landmarks) map.landmarks.push_back(landmark);
+  return map;
+}
 
-    // The map that a drive has made, as its back-end would send it: the landmarks where the
-    // keyframes placed them.
-    MapUpdate Saved(const World& world, const std::vector<Keyframe>& keyframes) {
-      MapUpdate map;
-      map.snapshot = true;
-      map.revision = 1;
-      std::map<LandmarkId, LandmarkUpdate> landmarks;
-      for (const Keyframe& k : keyframes) {
-        map.newest_keyframe = k.id;
-        map.keyframes.push_back({k.id, k.utime, k.T_WC});
-        for (size_t i = 0; i < k.features.size(); ++i) {
-          if (!k.landmarks[i].valid()) continue;
-          LandmarkUpdate& l = landmarks[k.landmarks[i]];
-          l.observations.push_back({k.id, static_cast<int32_t>(i)});
-          if (l.id.valid()) continue;
-          const Feature& f = k.features[i];
-          const Eigen::Vector3d p_C = world.geometry().rectified.Unproject(f.u, f.v, f.depth);
-          l.id = k.landmarks[i];
-          l.p_W = k.T_WC * p_C;
-          l.normal_W = k.T_WC.rotation() * p_C.normalized();
-          l.max_distance = static_cast<float>(p_C.norm());  // all features are of level 0
-          l.min_distance = l.max_distance / 3.6F;
-          l.descriptor = k.descriptors[i];
-        }
-      }
-      for (const auto& [id, landmark] : landmarks) map.landmarks.push_back(landmark);
-      return map;
+bool ClaimsAPlace(const FramePose& pose) {
+  return pose.cov_T_WB.diagonal().head<3>().sum() < 1.0;
+}
+
+// A start in the map of a first round. The views near the origin of W are exactly those that the
+// robot sees now, but nobody has told it that it is there: another room may look the same.
+class StartInASavedMap : public testing::Test {
+ protected:
+  StartInASavedMap() : map_(Saved(world_, Drive(Variant::kFull, 400, 0, 0, 1.0).keyframes)) {}
+
+  TrackerOutput See(Tracker& tracker, int i) {
+    if (has_dr_) {
+      DrState state;
+      state.utime = {i * kFrameUs};
+      state.seq = i + 1;
+      state.T_OB = TruePose(i * kFrameUs * 1e-6);
+      EXPECT_TRUE(tracker.Push(state));
     }
+    return tracker.Track({i * kFrameUs}, i + 1,
+                         world_.See(TruePose(i * kFrameUs * 1e-6), 1000 + i, false));
+  }
 
-    bool ClaimsAPlace(const FramePose& pose) {
-      return pose.cov_T_WB.diagonal().head<3>().sum() < 1.0;
+  static Tracker Make(const World& world, Variant variant) {
+    FrontendConfig config;
+    config.variant = variant;
+    return *Tracker::Create(config, world.geometry());
+  }
+
+  const World world_;
+  const MapUpdate map_;
+  bool has_dr_ = true;
+};
+
+TEST_F(StartInASavedMap, ClaimsNothingUntilThreeAnswersAgree) {
+  Tracker tracker = Make(world_, Variant::kFull);
+  // It is not known either whether there is a map.
+  EXPECT_FALSE(ClaimsAPlace(See(tracker, 0).pose));
+  EXPECT_TRUE(tracker.Push(map_));
+  std::vector<PlaceQuery> asked;
+  int i = 1;
+  for (; asked.size() < 3; ++i) {
+    ASSERT_LT(i, 60);
+    const TrackerOutput out = See(tracker, i);
+    EXPECT_FALSE(ClaimsAPlace(out.pose)) << i;
+    EXPECT_EQ(out.pose.status, TrackingStatus::kRecovering);
+    EXPECT_EQ(out.pose.reason, TrackingReason::kPlaceUnknown);
+    EXPECT_FALSE(out.keyframe) << i;
+    if (out.query) asked.push_back(*out.query);
+  }
+  for (const PlaceQuery& query : asked) {
+    tracker.Push(Answer(query, TruePose(query.utime.seconds()) * world_.geometry().rectified.T_BC));
+  }
+  for (; i < 60; ++i) {
+    const TrackerOutput out = See(tracker, i);
+    EXPECT_TRUE(ClaimsAPlace(out.pose)) << i;
+    EXPECT_GT(out.pose.num_inliers, 100) << i;
+    const SE3 error = TruePose(i * kFrameUs * 1e-6).inverse() * out.pose.T_WB;
+    EXPECT_LT(error.translation().norm(), 0.05) << i;
+    EXPECT_EQ(out.pose.reason, TrackingReason::kNone) << i;
+  }
+}
+
+// Three answers that agree, but the image does not look like that.
+TEST_F(StartInASavedMap, AConfirmedPlaceThatIsNotSeenIsNotClaimed) {
+  Tracker tracker = Make(world_, Variant::kFull);
+  EXPECT_TRUE(tracker.Push(map_));
+  const SE3 wrong(ExpSO3({0, 0, 2.0}), {0.5, 0.5, 0});
+  for (int i = 0; i < 60; ++i) {
+    const TrackerOutput out = See(tracker, i);
+    EXPECT_FALSE(ClaimsAPlace(out.pose)) << i;
+    if (!out.query) continue;
+    tracker.Push(Answer(*out.query, wrong * TruePose(out.query->utime.seconds()) *
+                                        world_.geometry().rectified.T_BC));
+  }
+}
+
+TEST_F(StartInASavedMap, WithoutDeadReckoningSeveralImagesHaveToAgree) {
+  has_dr_ = false;
+  Tracker tracker = Make(world_, Variant::kNone);
+  EXPECT_TRUE(tracker.Push(map_));
+  for (int i = 0; i < 30; ++i) {
+    EXPECT_EQ(ClaimsAPlace(See(tracker, i).pose), i + 1 >= Recovery::kContradictingImages) << i;
+  }
+}
+
+TEST_F(StartInASavedMap, APoseOfTheDrProcessIsAPlaceToStartFrom) {
+  Pose pose;
+  pose.has_map = true;
+  pose.cov_T_WB = Matrix6d::Identity() * 1e-4;
+  Tracker tracker = Make(world_, Variant::kFull);
+  EXPECT_TRUE(tracker.Push(map_));
+  tracker.Push(pose);
+  EXPECT_TRUE(ClaimsAPlace(See(tracker, 0).pose));
+  EXPECT_GT(See(tracker, 1).pose.num_inliers, 100);
+
+  // ... but not one that does not know its place itself.
+  pose.cov_T_WB = CovarianceOfNoIdea();
+  Tracker other = Make(world_, Variant::kFull);
+  EXPECT_TRUE(other.Push(map_));
+  other.Push(pose);
+  EXPECT_FALSE(ClaimsAPlace(See(other, 0).pose));
+  EXPECT_EQ(See(other, 1).pose.reason, TrackingReason::kPlaceUnknown);
+}
+
+// After one round of the circle the robot is set down on its other side; dead reckoning does not
+// notice. A back-end that knows the place answers each question before the next image.
+TEST(Tracker, CarriedAwayItClaimsNothingAsksAndFollowsTheAnswers) {
+  const World world;
+  FrontendConfig config;
+  config.variant = Variant::kFull;
+  Tracker tracker = *Tracker::Create(config, world.geometry());
+  MapUpdate empty;
+  empty.snapshot = true;
+  EXPECT_TRUE(tracker.Push(empty));
+  constexpr int kCarried = 400;
+  const auto true_pose = [](int i) {
+    return TruePose((i < kCarried ? i : i + 189) * kFrameUs * 1e-6);
+  };
+  SE3 T_OB;
+  std::optional<PlaceMatch> answer;
+  int found_after = -1;
+  std::optional<Keyframe> first_there;
+  for (int i = 0; i < kCarried + 90; ++i) {
+    const SE3 T_WB = true_pose(i);
+    if (i > 0 && i != kCarried) T_OB = T_OB * (true_pose(i - 1).inverse() * T_WB);
+    DrState state;
+    state.utime = {i * kFrameUs};
+    state.seq = i + 1;
+    state.T_OB = T_OB;
+    EXPECT_TRUE(tracker.Push(state));
+    if (answer) tracker.Push(*answer);
+    const TrackerOutput out = tracker.Track({i * kFrameUs}, i + 1, world.See(T_WB, i, false));
+    answer.reset();
+    if (out.query) {
+      EXPECT_GE(i, kCarried);
+      answer = Answer(*out.query, T_WB * world.geometry().rectified.T_BC);
     }
-
-    // A start in the map of a first round. The views near the origin of W are exactly those that
-    // the robot sees now, but nobody has told it that it is there: another room may look the same.
-    class StartInASavedMap : public testing::Test {
-     protected:
-      StartInASavedMap() : map_(Saved(world_, Drive(Variant::kFull, 400, 0, 0, 1.0).keyframes)) {}
-
-      TrackerOutput See(Tracker& tracker, int i) {
-        if (has_dr_) {
-          DrState state;
-          state.utime = {i * kFrameUs};
-          state.seq = i + 1;
-          state.T_OB = TruePose(i * kFrameUs * 1e-6);
-          EXPECT_TRUE(tracker.Push(state));
-        }
-        return tracker.Track({i * kFrameUs}, i + 1,
-                             world_.See(TruePose(i * kFrameUs * 1e-6), 1000 + i, false));
-      }
-
-      static Tracker Make(const World& world, Variant variant) {
-        FrontendConfig config;
-        config.variant = variant;
-        return *Tracker::Create(config, world.geometry());
-      }
-
-      const World world_;
-      const MapUpdate map_;
-      bool has_dr_ = true;
-    };
-
-    TEST_F(StartInASavedMap, ClaimsNothingUntilThreeAnswersAgree) {
-      Tracker tracker = Make(world_, Variant::kFull);
-      // It is not known either whether there is a map.
-      EXPECT_FALSE(ClaimsAPlace(See(tracker, 0).pose));
-      EXPECT_TRUE(tracker.Push(map_));
-      std::vector<PlaceQuery> asked;
-      int i = 1;
-      for (; asked.size() < 3; ++i) {
-        ASSERT_LT(i, 60);
-        const TrackerOutput out = See(tracker, i);
-        EXPECT_FALSE(ClaimsAPlace(out.pose)) << i;
-        EXPECT_EQ(out.pose.status, TrackingStatus::kRecovering);
-        EXPECT_EQ(out.pose.reason, TrackingReason::kPlaceUnknown);
-        EXPECT_FALSE(out.keyframe) << i;
-        if (out.query) asked.push_back(*out.query);
-      }
-      for (const PlaceQuery& query : asked) {
-        tracker.Push(
-            Answer(query, TruePose(query.utime.seconds()) * world_.geometry().rectified.T_BC));
-      }
-      for (; i < 60; ++i) {
-        const TrackerOutput out = See(tracker, i);
-        EXPECT_TRUE(ClaimsAPlace(out.pose)) << i;
-        EXPECT_GT(out.pose.num_inliers, 100) << i;
-        const SE3 error = TruePose(i * kFrameUs * 1e-6).inverse() * out.pose.T_WB;
-        EXPECT_LT(error.translation().norm(), 0.05) << i;
-        EXPECT_EQ(out.pose.reason, TrackingReason::kNone) << i;
-      }
+    if (i < kCarried) continue;
+    if ((out.pose.T_WB.translation() - T_WB.translation()).norm() > 0.5) {
+      EXPECT_GT(out.pose.cov_T_WB.diagonal().head<3>().sum(), 1.0) << i;
+      EXPECT_FALSE(out.keyframe) << i;
+    } else if (found_after < 0) {
+      found_after = i - kCarried;
     }
+    if (out.keyframe && !first_there) first_there = out.keyframe;
+  }
+  EXPECT_GT(found_after, 0);
+  EXPECT_LT(found_after, 30);  // three answers, one every 0.2 s
+  ASSERT_TRUE(first_there);
+  EXPECT_FALSE(first_there->dr);  // it does not lead from where the robot was lifted
+}
 
-    // Three answers that agree, but the image does not look like that.
-    TEST_F(StartInASavedMap, AConfirmedPlaceThatIsNotSeenIsNotClaimed) {
-      Tracker tracker = Make(world_, Variant::kFull);
-      EXPECT_TRUE(tracker.Push(map_));
-      const SE3 wrong(ExpSO3({0, 0, 2.0}), {0.5, 0.5, 0});
-      for (int i = 0; i < 60; ++i) {
-        const TrackerOutput out = See(tracker, i);
-        EXPECT_FALSE(ClaimsAPlace(out.pose)) << i;
-        if (!out.query) continue;
-        tracker.Push(Answer(*out.query, wrong * TruePose(out.query->utime.seconds()) *
-                                            world_.geometry().rectified.T_BC));
-      }
-    }
+TEST(Tracker, EveryImageGetsAPoseEvenBadOnes) {
+  const World world;
+  Tracker tracker = *Tracker::Create({}, world.geometry());
+  CameraFrame empty;
+  empty.utime = {1000};
+  EXPECT_EQ(tracker.Push(empty).pose.reason, TrackingReason::kBadImage);
+  const uint8_t pixels[16] = {};
+  CameraFrame small;
+  small.utime = {34000};
+  small.left = small.depth = {pixels, 4, 4, 4, PixelFormat::kGray8};
+  EXPECT_EQ(tracker.Push(small).pose.reason, TrackingReason::kBadImage);
+  small.utime = {33000};
+  EXPECT_EQ(tracker.Push(small).pose.reason, TrackingReason::kTimeReversed);
+}
 
-    TEST_F(StartInASavedMap, WithoutDeadReckoningSeveralImagesHaveToAgree) {
-      has_dr_ = false;
-      Tracker tracker = Make(world_, Variant::kNone);
-      EXPECT_TRUE(tracker.Push(map_));
-      for (int i = 0; i < 30; ++i) {
-        EXPECT_EQ(ClaimsAPlace(See(tracker, i).pose), i + 1 >= Recovery::kContradictingImages) << i;
-      }
-    }
+TEST(Tracker, WaitsForTheMapBeforeItBeginsOne) {
+  const World world;
+  Tracker tracker = *Tracker::Create({}, world.geometry());
+  const auto out = tracker.Track({0}, 1, world.See(SE3(), 0, false));
+  EXPECT_EQ(out.pose.status, TrackingStatus::kInitializing);
+  EXPECT_FALSE(out.keyframe);
+  MapUpdate taken;
+  taken.snapshot = true;
+  taken.newest_keyframe = {41};
+  EXPECT_TRUE(tracker.Push(taken));
+  const auto next = tracker.Track({kFrameUs}, 2, world.See(SE3(), 1, false));
+  ASSERT_TRUE(next.keyframe);
+  EXPECT_EQ(next.keyframe->id.value, 42);
+}
 
-    TEST_F(StartInASavedMap, APoseOfTheDrProcessIsAPlaceToStartFrom) {
-      Pose pose;
-      pose.has_map = true;
-      pose.cov_T_WB = Matrix6d::Identity() * 1e-4;
-      Tracker tracker = Make(world_, Variant::kFull);
-      EXPECT_TRUE(tracker.Push(map_));
-      tracker.Push(pose);
-      EXPECT_TRUE(ClaimsAPlace(See(tracker, 0).pose));
-      EXPECT_GT(See(tracker, 1).pose.num_inliers, 100);
+TEST(Tracker, MakesNoKeyframeOfAFrozenMap) {
+  const World world;
+  Tracker tracker = *Tracker::Create({}, world.geometry());
+  MapUpdate frozen;
+  frozen.snapshot = frozen.frozen = true;
+  EXPECT_TRUE(tracker.Push(frozen));
+  EXPECT_FALSE(tracker.Track({0}, 1, world.See(SE3(), 0, false)).keyframe);
+  frozen.frozen = false;
+  EXPECT_TRUE(tracker.Push(frozen));
+  EXPECT_TRUE(tracker.Track({kFrameUs}, 2, world.See(SE3(), 1, false)).keyframe);
+}
 
-      // ... but not one that does not know its place itself.
-      pose.cov_T_WB = CovarianceOfNoIdea();
-      Tracker other = Make(world_, Variant::kFull);
-      EXPECT_TRUE(other.Push(map_));
-      other.Push(pose);
-      EXPECT_FALSE(ClaimsAPlace(See(other, 0).pose));
-      EXPECT_EQ(See(other, 1).pose.reason, TrackingReason::kPlaceUnknown);
-    }
+TEST(Tracker, RefusesAMapUpdateWithAGap) {
+  const World world;
+  Tracker tracker = *Tracker::Create({}, world.geometry());
+  MapUpdate update;
+  update.snapshot = true;
+  update.revision = 5;
+  EXPECT_TRUE(tracker.Push(update));
+  update.snapshot = false;
+  update.base_revision = 6;
+  update.revision = 7;
+  EXPECT_FALSE(tracker.Push(update));
+  update.base_revision = 5;
+  update.revision = 6;
+  EXPECT_TRUE(tracker.Push(update));
+}
 
-    // After one round of the circle the robot is set down on its other side; dead reckoning does
-    // not notice. A back-end that knows the place answers each question before the next image.
-    TEST(Tracker, CarriedAwayItClaimsNothingAsksAndFollowsTheAnswers) {
-      const World world;
-      FrontendConfig config;
-      config.variant = Variant::kFull;
-      Tracker tracker = *Tracker::Create(config, world.geometry());
-      MapUpdate empty;
-      empty.snapshot = true;
-      EXPECT_TRUE(tracker.Push(empty));
-      constexpr int kCarried = 400;
-      const auto true_pose = [](int i) {
-        return TruePose((i < kCarried ? i : i + 189) * kFrameUs * 1e-6);
-      };
-      SE3 T_OB;
-      std::optional<PlaceMatch> answer;
-      int found_after = -1;
-      std::optional<Keyframe> first_there;
-      for (int i = 0; i < kCarried + 90; ++i) {
-        const SE3 T_WB = true_pose(i);
-        if (i > 0 && i != kCarried) T_OB = T_OB * (true_pose(i - 1).inverse() * T_WB);
-        DrState state;
-        state.utime = {i * kFrameUs};
-        state.seq = i + 1;
-        state.T_OB = T_OB;
-        EXPECT_TRUE(tracker.Push(state));
-        if (answer) tracker.Push(*answer);
-        const TrackerOutput out = tracker.Track({i * kFrameUs}, i + 1, world.See(T_WB, i, false));
-        answer.reset();
-        if (out.query) {
-          EXPECT_GE(i, kCarried);
-          answer = Answer(*out.query, T_WB * world.geometry().rectified.T_BC);
-        }
-        if (i < kCarried) continue;
-        if ((out.pose.T_WB.translation() - T_WB.translation()).norm() > 0.5) {
-          EXPECT_GT(out.pose.cov_T_WB.diagonal().head<3>().sum(), 1.0) << i;
-          EXPECT_FALSE(out.keyframe) << i;
-        } else if (found_after < 0) {
-          found_after = i - kCarried;
-        }
-        if (out.keyframe && !first_there) first_there = out.keyframe;
-      }
-      EXPECT_GT(found_after, 0);
-      EXPECT_LT(found_after, 30);  // three answers, one every 0.2 s
-      ASSERT_TRUE(first_there);
-      EXPECT_FALSE(first_there->dr);  // it does not lead from where the robot was lifted
-    }
-
-    TEST(Tracker, EveryImageGetsAPoseEvenBadOnes) {
-      const World world;
-      Tracker tracker = *Tracker::Create({}, world.geometry());
-      CameraFrame empty;
-      empty.utime = {1000};
-      EXPECT_EQ(tracker.Push(empty).pose.reason, TrackingReason::kBadImage);
-      const uint8_t pixels[16] = {};
-      CameraFrame small;
-      small.utime = {34000};
-      small.left = small.depth = {pixels, 4, 4, 4, PixelFormat::kGray8};
-      EXPECT_EQ(tracker.Push(small).pose.reason, TrackingReason::kBadImage);
-      small.utime = {33000};
-      EXPECT_EQ(tracker.Push(small).pose.reason, TrackingReason::kTimeReversed);
-    }
-
-    TEST(Tracker, WaitsForTheMapBeforeItBeginsOne) {
-      const World world;
-      Tracker tracker = *Tracker::Create({}, world.geometry());
-      const auto out = tracker.Track({0}, 1, world.See(SE3(), 0, false));
-      EXPECT_EQ(out.pose.status, TrackingStatus::kInitializing);
-      EXPECT_FALSE(out.keyframe);
-      MapUpdate taken;
-      taken.snapshot = true;
-      taken.newest_keyframe = {41};
-      EXPECT_TRUE(tracker.Push(taken));
-      const auto next = tracker.Track({kFrameUs}, 2, world.See(SE3(), 1, false));
-      ASSERT_TRUE(next.keyframe);
-      EXPECT_EQ(next.keyframe->id.value, 42);
-    }
-
-    TEST(Tracker, MakesNoKeyframeOfAFrozenMap) {
-      const World world;
-      Tracker tracker = *Tracker::Create({}, world.geometry());
-      MapUpdate frozen;
-      frozen.snapshot = frozen.frozen = true;
-      EXPECT_TRUE(tracker.Push(frozen));
-      EXPECT_FALSE(tracker.Track({0}, 1, world.See(SE3(), 0, false)).keyframe);
-      frozen.frozen = false;
-      EXPECT_TRUE(tracker.Push(frozen));
-      EXPECT_TRUE(tracker.Track({kFrameUs}, 2, world.See(SE3(), 1, false)).keyframe);
-    }
-
-    TEST(Tracker, RefusesAMapUpdateWithAGap) {
-      const World world;
-      Tracker tracker = *Tracker::Create({}, world.geometry());
-      MapUpdate update;
-      update.snapshot = true;
-      update.revision = 5;
-      EXPECT_TRUE(tracker.Push(update));
-      update.snapshot = false;
-      update.base_revision = 6;
-      update.revision = 7;
-      EXPECT_FALSE(tracker.Push(update));
-      update.base_revision = 5;
-      update.revision = 6;
-      EXPECT_TRUE(tracker.Push(update));
-    }
-
-  }  // namespace
+}  // namespace
 }  // namespace gw::frontend

@@ -28,6 +28,13 @@ bool KeyframeChain::WantsNext(Utime utime, const FeatureFrame& frame, const Foun
     const bool tracked = found.found && found.landmarks[i].valid();
     ++(tracked ? e.num_close_tracked : e.num_close_untracked);
   }
+  if (e.num_inliers > 0) {
+    // With a budget of matches: as many again as were left out.
+    const int close = e.num_close_tracked + e.num_close_untracked;
+    const int matchable = e.num_close_tracked * e.num_inliers / found.estimate.num_inliers;
+    e.num_close_tracked = std::min(close, matchable);
+    e.num_close_untracked = close - e.num_close_tracked;
+  }
   if (!depths.empty()) {
     std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
     e.median_depth_m = depths[depths.size() / 2];

@@ -120,7 +120,7 @@ TEST(CameraCalibrationFile, HoldsWhatTheCameraStores) {
       EXPECT_EQ(written.right.cy, 239.75);
       EXPECT_NEAR(written.T_C0C1.translation().x(), 0.050125, 1e-9);
     } else {
-      EXPECT_NEAR(written.depth_baseline_m, 0.050125 * 0.40 / 0.088, 1e-9);
+      EXPECT_NEAR(written.depth_baseline_m, 0.050125, 1e-9);
     }
     EXPECT_EQ(loaded->drivers.camera.transport_delay_ms, 5);
     EXPECT_FALSE(WriteCalibratedConfig(config, "/no/such/folder/file.yaml"));

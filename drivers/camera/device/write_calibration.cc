@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "common/camera/depth_noise.h"
 #include "common/config/writer.h"
 
 namespace gw::camera {
@@ -26,9 +25,7 @@ RobotConfig WithCalibration(RobotConfig config, const DepthCalibration& calibrat
     camera.T_C0C1 = SE3(Eigen::Quaterniond::Identity(), {calibration.baseline_m, 0, 0});
   } else {
     camera.depth_unit_m = kDepthUnitM;
-    const double fx = calibration.camera.fx;
-    camera.depth_baseline_m =
-        VirtualBaseline(kD400DisparitySigmaPx / (fx * calibration.baseline_m), fx);
+    camera.depth_baseline_m = calibration.baseline_m;
   }
   return config;
 }

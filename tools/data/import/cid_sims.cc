@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/camera/depth_noise.h"
 #include "tools/data/files/format.h"
 #include "tools/data/import/gyro_alignment.h"
 #include "tools/data/import/image_file.h"
@@ -125,7 +124,6 @@ Result<SE3> ReadCidSimsCalibration(const fs::path& file, const std::string& moun
   camera.left = {(*k)[0], (*k)[1], (*k)[2], (*k)[3], {}};
   std::copy(d->begin(), d->end(), camera.left.radtan.begin());
   camera.depth_unit_m = 1.0 / *depth_factor;
-  camera.depth_baseline_m = VirtualBaseline(kDepthNoiseD455, camera.left.fx);
 
   const Result<double> width = yaml.Number("cam_width");
   if (!width) return width.error();

@@ -6,7 +6,6 @@
 #include <optional>
 #include <set>
 
-#include "common/camera/depth_noise.h"
 #include "tools/data/import/body_frame.h"
 #include "tools/data/import/encoders.h"
 #include "tools/data/import/image_list.h"
@@ -147,8 +146,6 @@ Result<Done> ReadImages(const fs::path& source, const FrameTree& tree, const Rea
     camera.kind = CameraKind::kStereo;
     camera.right = right->intrinsics;
     camera.T_C0C1 = left->T_BC.inverse() * right->T_BC;
-  } else {
-    camera.depth_baseline_m = VirtualBaseline(kDepthNoiseD435, camera.left.fx);
   }
   const auto color = ReadImageList(source, "color.txt", recording.warnings);
   if (!color) return color.error();

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <utility>
 
-#include "common/camera/depth_noise.h"
 #include "common/core/format.h"
 #include "common/core/random.h"
 #include "common/core/version.h"
@@ -48,7 +47,7 @@ RobotConfig MakeRobotConfig(const Scenario& s) {
   camera.depth_unit_m = s.depth.unit_m;
   camera.depth_min_m = s.depth.min_m;
   camera.depth_max_m = 6.0;
-  camera.depth_baseline_m = VirtualBaseline(DepthSigma(s.depth, s.pinhole.fx, 1.0), s.pinhole.fx);
+  camera.depth_baseline_m = s.depth.baseline_m;
   // As in config/robots/turtlebot2_d435i.yaml.
   const Eigen::Quaterniond q_BC(0.5, -0.5, 0.5, -0.5);
   camera.T_BC = SE3(q_BC, {0.1, 0.0175, 0.25});

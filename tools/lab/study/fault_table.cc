@@ -1,6 +1,7 @@
 #include "tools/lab/study/fault_table.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/core/format.h"
 #include "tools/lab/plot/bars.h"
@@ -131,8 +132,13 @@ std::vector<Saying> SayingsOf(const Findings& findings, const Findings& without_
   std::vector<Saying> out;
   for (const auto& [name, finding] : findings) {
     if (without_fault.contains(name)) continue;
-    out.push_back(
-        {name, std::max(0.0, (finding.first - visible).seconds()), finding.count, finding.of_dr});
+    Saying saying;
+    saying.name = name;
+    saying.after_s = std::max(0.0, (finding.first - visible).seconds());
+    saying.count = finding.count;
+    saying.accused = finding.accused;
+    saying.in_health = finding.in_health;
+    out.push_back(std::move(saying));
   }
   std::stable_sort(out.begin(), out.end(),
                    [](const Saying& a, const Saying& b) { return a.after_s < b.after_s; });

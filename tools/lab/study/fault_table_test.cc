@@ -149,7 +149,11 @@ TEST(FaultTable, OnlyWhatTheSoundRunDoesNotSayCounts) {
   ASSERT_EQ(sayings.size(), 2u);
   EXPECT_EQ(sayings[0].name, "accel_in_g");
   EXPECT_EQ(sayings[0].after_s, 0);
+  EXPECT_EQ(sayings[0].accused, Accused::kImu);
+  EXPECT_TRUE(sayings[0].in_health);
   EXPECT_EQ(sayings[1].after_s, 5);
+  EXPECT_EQ(sayings[1].accused, Accused::kWheels);
+  EXPECT_FALSE(sayings[1].in_health);
 }
 
 TEST(FaultTable, SaysWhatCameOut) {

@@ -48,6 +48,8 @@ export class SceneView {
   robot = makeRobot();
   follow = true;
   fromTop = false;
+  changed = true;
+  notBefore = 0;
 
   constructor(element) {
     this.element = element;
@@ -77,16 +79,23 @@ export class SceneView {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    this.changed = true;
   }
 
+  // Only what has changed, and never more than half of the time: there are slow tablets.
   draw() {
-    this.controls.update();
+    const now = performance.now();
+    const moved = this.controls.update();
+    if (!(moved || this.changed) || now < this.notBefore) return;
+    this.changed = false;
     this.renderer.render(this.scene, this.camera);
+    this.notBefore = performance.now() + Math.min(performance.now() - now, 500);
   }
 
   setTheme({background, line}) {
     this.scene.background = new Color(background);
     this.grid.material.color.set(line);
+    this.changed = true;
   }
 
   takeTransforms(message) {
@@ -105,15 +114,18 @@ export class SceneView {
     }
     const floor = this.frames.toWorld('floor');
     if (floor) this.floor.matrix.copy(floor);
+    this.changed = true;
   }
 
   takeWay(update) {
     this.way.take(update);
+    this.changed = true;
     this.element.dataset.wayPoints = this.way.points;
   }
 
   takeKeyframes(update) {
     this.map.take(update);
+    this.changed = true;
   }
 
   takeLandmarks(cloud) {
@@ -132,6 +144,7 @@ export class SceneView {
     this.landmarks.geometry.setAttribute('position', new BufferAttribute(positions, 3));
     this.landmarks.geometry.setAttribute('color', new BufferAttribute(colors, 3, true));
     this.element.dataset.landmarks = count;
+    this.changed = true;
   }
 
   takeFloor(grid) {
@@ -160,6 +173,7 @@ export class SceneView {
     placed.add(plane);
     this.floor.clear();
     this.floor.add(placed);
+    this.changed = true;
   }
 
   setFollow(on) {
@@ -201,5 +215,6 @@ export class SceneView {
     this.landmarks.geometry.dispose();
     this.landmarks.geometry = new BufferGeometry();
     this.robot.visible = false;
+    this.changed = true;
   }
 }

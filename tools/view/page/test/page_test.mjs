@@ -35,7 +35,7 @@ async function end(child, signal = 'SIGTERM') {
 
 async function expect(what, page, condition, argument) {
   try {
-    await page.waitForFunction(condition, argument, {timeout: 15000, polling: 100});
+    await page.waitForFunction(condition, argument, {timeout: 25000, polling: 100});
     console.log(`ok: ${what}`);
   } catch {
     console.log(`FAILED: ${what}`);
@@ -47,19 +47,20 @@ const grown = ({id, name, than}) => Number(document.getElementById(id).dataset[n
 const value = (page, id, name) => page.evaluate(([i, n]) => Number(document.getElementById(i).dataset[n] ?? 0), [id, name]);
 
 async function onALog(page) {
-  const server = await view(log, '--listen', '127.0.0.1:0', '--speed', '4');
-  await page.goto(server.address);
+  const server = await view(log, '--listen', '127.0.0.1:0', '--speed', '0.5');
+  await page.goto(server.address, {waitUntil: 'domcontentloaded'});
   await expect('way grows', page, grown, {id: 'scene', name: 'wayPoints', than: 10});
   const before = await value(page, 'scene', 'wayPoints');
   await expect('and goes on growing', page, grown, {id: 'scene', name: 'wayPoints', than: before + 10});
   await expect('landmarks come', page, grown, {id: 'scene', name: 'landmarks', than: 40});
   await expect('images come', page, grown, {id: 'image', name: 'count', than: 3});
   await expect('charts move', page, grown, {id: 'charts', name: 'points', than: 3});
-  await page.click('#pause');
+  await page.$eval('#pause', (button) => button.click());
   await expect('pause', page, () => document.getElementById('pause').textContent === 'play');
   await page.$eval('#seek', (bar) => { bar.value = 14; bar.dispatchEvent(new Event('input')); bar.dispatchEvent(new Event('change')); });
   await expect('seek to the blind span', page, () => Math.abs(Number(document.getElementById('playback').dataset.position) - 14) < 0.1);
-  await page.click('#pause');
+  await page.$eval('#speed', (list) => { list.value = '2'; list.dispatchEvent(new Event('change')); });
+  await page.$eval('#pause', (button) => button.click());
   await expect('shows that it is blind', page, () => document.getElementById('tracking').dataset.status === 'dr_only');
   await expect('explains why', page, () => document.getElementById('explanation').textContent.includes('dark, blank or covered'));
   await expect('says what to do', page, () => document.querySelector('[data-process=gw-frontend] .action')?.textContent.includes('clean the lens'));
@@ -72,7 +73,7 @@ async function onALog(page) {
 async function live(page) {
   let server = await view('--config', config, '--lcm-url', URL, '--listen', '127.0.0.1:0');
   const address = server.address.match(/127[^/]*/)[0];
-  await page.goto(server.address);
+  await page.goto(server.address, {waitUntil: 'domcontentloaded'});
   const backend = start(`${bin}/gw-backend`, '--config', config, '--lcm-url', URL);
   start('lcm-logplayer', `--lcm-url=${URL}`, '--regexp=^(CAMERA|FRAME_DETAIL|FRAME_POSE|POSE|DR|GROUND_TRUTH)$', log);
   await expect('live: way grows', page, grown, {id: 'scene', name: 'wayPoints', than: 10});
@@ -92,7 +93,8 @@ async function live(page) {
 
 const browser = await chromium.launch({executablePath: process.env.GW_CHROMIUM, args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']});
 try {
-  const page = await browser.newPage({viewport: {width: 1400, height: 900}});
+  const page = await browser.newPage({viewport: {width: 1000, height: 700}});
+  page.setDefaultTimeout(60000);
   page.on('pageerror', (error) => { console.log(`FAILED: script: ${error.message}`); failures++; });
   page.on('console', (message) => { if (message.type() === 'error' && !/WebSocket|ERR_CONNECTION/.test(message.text())) console.log(`console: ${message.text()}`); });
   await onALog(page);

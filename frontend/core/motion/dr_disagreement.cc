@@ -20,14 +20,15 @@ constexpr double kRightDirection = 0.05;  // rad
 }  // namespace
 
 void DrDisagreement::Add(const SE3& T_dr, const SE3& T_vision) {
-  const std::complex<double> dr(T_dr.translation().x(), T_dr.translation().y());
-  const std::complex<double> vision(T_vision.translation().x(), T_vision.translation().y());
+  const Eigen::Vector2d dr = T_dr.translation().head<2>();
+  const Eigen::Vector2d vision = T_vision.translation().head<2>();
   const double dr_turn = LogSO3(T_dr.rotation()).z();
   const double vision_turn = LogSO3(T_vision.rotation()).z();
   const double kept = 1 - 1 / kMemory;
-  cross_way_ = kept * cross_way_ + vision * std::conj(dr);
-  dr_way2_ = kept * dr_way2_ + std::norm(dr);
-  vision_way2_ = kept * vision_way2_ + std::norm(vision);
+  const double across = dr.x() * vision.y() - dr.y() * vision.x();
+  cross_way_ = kept * cross_way_ + Eigen::Vector2d(dr.dot(vision), across);
+  dr_way2_ = kept * dr_way2_ + dr.squaredNorm();
+  vision_way2_ = kept * vision_way2_ + vision.squaredNorm();
   cross_turn_ = kept * cross_turn_ + vision_turn * dr_turn;
   dr_turn2_ = kept * dr_turn2_ + dr_turn * dr_turn;
   vision_turn2_ = kept * vision_turn2_ + vision_turn * vision_turn;
@@ -36,11 +37,12 @@ void DrDisagreement::Add(const SE3& T_dr, const SE3& T_vision) {
 DrConstantFault DrDisagreement::Explain() const {
   DrConstantFault out;
   if (vision_way2_ > kLeastWay2 && dr_way2_ > 0) {
-    const std::complex<double> factor = cross_way_ / dr_way2_;
-    const double left = vision_way2_ - std::norm(cross_way_) / dr_way2_;
+    const double factor = cross_way_.norm() / dr_way2_;
+    const double direction = std::atan2(cross_way_.y(), cross_way_.x());
+    const double left = vision_way2_ - cross_way_.squaredNorm() / dr_way2_;
     if (left < kUnexplained * vision_way2_) {
-      if (std::abs(std::log(std::abs(factor))) > kRightFactor) out.way_factor = std::abs(factor);
-      if (std::abs(std::arg(factor)) > kRightDirection) out.direction = std::arg(factor);
+      if (std::abs(std::log(factor)) > kRightFactor) out.way_factor = factor;
+      if (std::abs(direction) > kRightDirection) out.direction = direction;
     }
   }
   if (vision_turn2_ > kLeastTurn2 && dr_turn2_ > 0) {

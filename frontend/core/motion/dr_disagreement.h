@@ -6,7 +6,7 @@
 //   vision's way = s R(phi) way of DR        vision's turn = k turn of DR
 #pragma once
 
-#include <complex>
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 
@@ -31,7 +31,8 @@ class DrDisagreement {
   DrConstantFault Explain() const;
 
  private:
-  std::complex<double> cross_way_;  // sum of vision's way times the conjugate of DR's
+  // Sums over ways: of DR's times vision's, along it and across, and the squares.
+  Eigen::Vector2d cross_way_ = Eigen::Vector2d::Zero();
   double dr_way2_ = 0, vision_way2_ = 0;
   double cross_turn_ = 0, dr_turn2_ = 0, vision_turn2_ = 0;
 };

@@ -60,6 +60,9 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interv
 void DrModel::FindUnfit(FilterState& state) const {
   if (state.accel_unfit) return;
   state.accel_unfit = true;
+  state.unfit_until = state.utime + DurationFromSeconds(state.unfit_for);
+  state.unfit_for *= 2;
+  state.recent_slips = 0;
   // What it has told of the wheels' scale is void.
   state.wheel_scale = 1;
   state.P.row(kWheelScale).setZero();
@@ -67,6 +70,12 @@ void DrModel::FindUnfit(FilterState& state) const {
   state.P(kWheelScale, kWheelScale) = Square(config_.wheel_scale_sigma);
   state.forward_gate = state.sideways_gate = {};
   DoubtAccelerometer(0, kSpeedSlack, state);
+}
+
+void DrModel::TryAccelerometerAgain(FilterState& state) const {
+  if (!state.accel_unfit || state.utime < state.unfit_until) return;
+  state.accel_unfit = false;
+  state.forward_gate = state.sideways_gate = {};
 }
 
 void DrModel::DoubtAccelerometer(int axis, double speed_error, FilterState& state) const {

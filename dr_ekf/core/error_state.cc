@@ -95,6 +95,8 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   state.wheel_scale = std::clamp(state.wheel_scale + d[kWheelScale], 0.5, 2.0);
   state.yaw_scale = std::clamp(state.yaw_scale + d[kYawScale], kLeastYawScale, kMostYawScale);
   state.climb = std::clamp(state.climb + d[kClimb], -0.2, 0.2);
+  state.crab = std::clamp(state.crab + d[kCrab], -0.2, 0.2);
+  state.turn_centre = (state.turn_centre + d.segment<2>(kTurnCentre)).cwiseMax(-0.5).cwiseMin(0.5);
 }
 
 template void Update<1>(const Eigen::Matrix<double, 1, kErrorSize>&,

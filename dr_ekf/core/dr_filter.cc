@@ -133,7 +133,9 @@ void DrFilter::ShiftStamps(WheelSample* sample) {
     const DurationUs slack = sample->utime_begin - *stamped_end_;
     if (slack <= kBeginSlack && -slack <= kBeginSlack) begin = *shifted_end_;
   }
-  const DurationUs wanted = DurationFromSeconds(time_offset_.offset_s());
+  // No stamp can be moved to where the IMU has not been yet: that is named, not corrected.
+  const DurationUs wanted = DurationFromSeconds(
+      std::max(time_offset_.offset_s(), std::min(0.0, -calibration_.wheel.time_offset_s)));
   const bool still = sample->dx_m == 0 && sample->dyaw_rad == 0;
   const double interval = std::max(0.0, (sample->utime - sample->utime_begin).seconds());
   const DurationUs most =

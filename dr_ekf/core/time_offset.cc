@@ -10,10 +10,17 @@ namespace {
 constexpr double kMemory = 120;  // s
 constexpr DurationUs kRange = DurationUs{300'000};
 constexpr DurationUs kLongestInterval = DurationUs{500'000};
+constexpr size_t kMostWaiting = 200;                     // a gyro that is silent
 constexpr DurationUs kLongestGap = DurationUs{100'000};  // of the gyro
 // Residuals of neighbouring intervals err against each other where stamps jitter, and alike where
-// tyres slide; they are taken for half as many.
-constexpr double kAlike = 2;
+// tyres slide; they are taken for a quarter as many.
+constexpr double kAlike = 4;
+// Gyro and wheels tell the same turns when no more than this share of the wheels' is left over;
+// what they tell on a straight way is noise, which fits best anywhere.
+constexpr double kMostUnexplained = 0.1;
+// Time error that every stamp is taken to have besides, as a share of its interval (see
+// StampError).
+constexpr double kLeastTimeError = 0.05;
 
 }  // namespace
 
@@ -46,6 +53,7 @@ void TimeOffset::AddGyro(Utime utime, double rate) {
 
 void TimeOffset::AddWheels(Utime begin, Utime end, double turn) {
   if (begin >= end || end - begin > kLongestInterval) return;
+  if (waiting_.size() >= kMostWaiting) waiting_.pop_front();
   waiting_.push_back({begin, end, turn});
 }
 
@@ -62,7 +70,7 @@ bool TimeOffset::TurnAt(Utime utime, double* turn) const {
 }
 
 bool TimeOffset::Use(const Wheels& wheels) {
-  std::array<double, 2 * kSteps + 1> turns;
+  Turns turns;
   for (int i = -kSteps; i <= kSteps; ++i) {
     const DurationUs shift = DurationFromSeconds(i * kStep);
     double begin = 0, end = 0;
@@ -74,13 +82,26 @@ bool TimeOffset::Use(const Wheels& wheels) {
   dd_ = forget * dd_ + dt * dt;
   dw_ = forget * dw_ + dt * wheels.turn;
   ww_ = forget * ww_ + wheels.turn * wheels.turn;
-  count_ = forget * count_ + 1;
+  slopes_ *= forget;
+  spread_ *= forget;
+  Weigh(turns, wheels);
   for (size_t i = 0; i < turns.size(); ++i) {
     sums_[i].gg = forget * sums_[i].gg + turns[i] * turns[i];
     sums_[i].gd = forget * sums_[i].gd + turns[i] * dt;
     sums_[i].gw = forget * sums_[i].gw + turns[i] * wheels.turn;
   }
   return true;
+}
+
+void TimeOffset::Weigh(const Turns& turns, const Wheels& wheels) {
+  if (std::abs(best_) == kSteps) return;
+  const auto at = static_cast<size_t>(best_ + kSteps);
+  const double dt = (wheels.end - wheels.begin).seconds();
+  const double slope = factor_ * (turns[at + 1] - turns[at - 1]) / (2 * kStep);
+  const double residual = wheels.turn - factor_ * turns[at] - rate_ * dt;
+  const double by_stamp = slope * kLeastTimeError * dt;
+  slopes_ += slope * slope;
+  spread_ += slope * slope * (residual * residual + by_stamp * by_stamp);
 }
 
 // Of the regression w = k g + c d at a shift.
@@ -102,14 +123,20 @@ void TimeOffset::Estimate() {
       best = i;
     }
   }
+  best_ = best;
+  const Sums& s = sums_[static_cast<size_t>(best + kSteps)];
+  const double gg = s.gg - s.gd * s.gd / dd_;
+  factor_ = gg > 0 ? (s.gw - s.gd * dw_ / dd_) / gg : 0;
+  rate_ = (dw_ - factor_ * s.gd) / dd_;
   offset_s_ = 0;
   sigma_s_ = kPrior;
   if (std::abs(best) == kSteps) return;  // outside the grid, or nothing turned
   const double before = ResidualAt(best - 1), after = ResidualAt(best + 1);
   const double bend = before - 2 * least + after;
-  if (bend <= 0) return;
+  const double turned = ww_ - dw_ * dw_ / dd_;
+  if (bend <= 0 || slopes_ <= 0 || least > kMostUnexplained * turned) return;
   const double shift = kStep * (best + 0.5 * (before - after) / bend);
-  const double variance = kAlike * 2 * (least / count_) * kStep * kStep / bend;
+  const double variance = kAlike * spread_ / (slopes_ * slopes_);
   const double share = kPrior * kPrior / (kPrior * kPrior + variance);
   offset_s_ = share * shift;
   sigma_s_ = std::sqrt(share * variance);

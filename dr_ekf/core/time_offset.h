@@ -3,10 +3,11 @@
 // Both tell the same turns. Shifted by the right time, the wheels' turn over each of their
 // intervals is the gyro's over the shifted interval, times a factor (track, scale) and plus a rate
 // (bias), which a regression finds for every shift of a grid. The shift with the smallest residual
-// is the offset; how sharp that minimum is against the residual says how sure it is (least squares:
-// variance of a parameter is twice the variance of a residual over the second derivative of their
-// sum). What resampling, queues and a wrong calibration.wheel.time_offset_s do on the average is in
-// it. Shaking and jitter are noise here. See docs/adr/0025-time-offset.md.
+// is the offset. Its variance is that of the residuals where they tell of it, in turns that begin
+// or end (White, A heteroskedasticity-consistent covariance matrix estimator, Econometrica 1980): a
+// base that drives straight has small residuals, and they say nothing. What resampling, queues and
+// a wrong calibration.wheel.time_offset_s do on the average is in it. See
+// docs/adr/0025-time-offset.md.
 #pragma once
 
 #include <array>
@@ -40,6 +41,7 @@ class TimeOffset {
     Utime begin, end;
     double turn;
   };
+  using Turns = std::array<double, 2 * kSteps + 1>;  // of the gyro, at each shift
   struct Sums {  // of products of gyro turn g, time d, wheel turn w, at one shift
     double gg = 0, gd = 0, gw = 0;
   };
@@ -49,6 +51,7 @@ class TimeOffset {
   bool Use(const Wheels& wheels);
   double ResidualAt(int step) const;
   void Estimate();
+  void Weigh(const Turns& turns, const Wheels& wheels);
 
   struct Stamped {
     Utime utime;
@@ -58,7 +61,12 @@ class TimeOffset {
   double last_rate_ = 0;
   std::deque<Wheels> waiting_;  // for the gyro to cover their latest shift
   std::array<Sums, 2 * kSteps + 1> sums_;
-  double dd_ = 0, dw_ = 0, ww_ = 0, count_ = 0;
+  double dd_ = 0, dw_ = 0, ww_ = 0;
+  // The regression at the best shift, and sums of squares j^2 and (j e)^2 of slopes j (rad/s, of
+  // the turn with the shift) and residuals e there.
+  int best_ = 0;
+  double factor_ = 0, rate_ = 0;
+  double slopes_ = 0, spread_ = 0;
   double offset_s_ = 0, sigma_s_ = kPrior;
 };
 

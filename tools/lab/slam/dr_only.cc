@@ -89,6 +89,10 @@ Result<DrOnlyRun> RunDrOnly(process::EventLogReader& log, const RobotConfig& con
     if (after_event) after_event();
   }
   if (log.error()) return *log.error();
+  if (filter && config.calibration.imu.present && config.calibration.wheel.present) {
+    run.wheel_offset_s = filter->wheel_time_offset().offset_s();
+    run.wheel_offset_sigma_s = filter->wheel_time_offset().sigma_s();
+  }
   return run;
 }
 

@@ -50,8 +50,10 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   const Eigen::Matrix<double, kErrorSize, kRows> PHt = state.P * H.transpose();
   const Eigen::Matrix<double, kRows, kRows> S = H * PHt + R;
   Eigen::Matrix<double, kErrorSize, kRows> K = S.ldlt().solve(PHt.transpose()).transpose();
-  // An unfit accelerometer, or bad stamps, tell nothing of the wheels' scale.
+  // An unfit accelerometer, or bad stamps, tell nothing of the wheels' scale; nor does the former
+  // tell where they roll.
   if (state.accel_unfit || state.scale_untold) K.row(kWheelScale).setZero();
+  if (state.accel_unfit) K.template middleRows<kClone - kCrab>(kCrab).setZero();
   if (hold) {
     K.template topRows<9>().setZero();
     K.template bottomRows<kErrorSize - kClone>().setZero();

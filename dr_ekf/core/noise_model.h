@@ -113,7 +113,7 @@ inline constexpr double kVisionDelay = 0.25;  // s: VisionWitness's window and t
 inline constexpr double kMostScaleSigmas = 2.5;
 inline constexpr double kMostSlips = 2.5;
 inline constexpr double kSlipsMemory = 20;  // s
-// It is tried again after this time, and after twice as long each time that it fails.
+// It is left out for five times this long, and five times as long each time that it fails again.
 inline constexpr double kUnfitFor = 60;  // s
 // An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.
 inline constexpr double kSpeedSlack = 0.15;  // m/s

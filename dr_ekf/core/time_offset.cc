@@ -12,9 +12,6 @@ constexpr DurationUs kRange = DurationUs{300'000};
 constexpr DurationUs kLongestInterval = DurationUs{500'000};
 constexpr size_t kMostWaiting = 200;                     // a gyro that is silent
 constexpr DurationUs kLongestGap = DurationUs{100'000};  // of the gyro
-// Residuals of neighbouring intervals err against each other where stamps jitter, and alike where
-// tyres slide; they are taken for a quarter as many.
-constexpr double kAlike = 4;
 // Gyro and wheels tell the same turns when no more than this share of the wheels' is left over;
 // what they tell on a straight way is noise, which fits best anywhere.
 constexpr double kMostUnexplained = 0.1;
@@ -136,7 +133,9 @@ void TimeOffset::Estimate() {
   const double turned = ww_ - dw_ * dw_ / dd_;
   if (bend <= 0 || slopes_ <= 0 || least > kMostUnexplained * turned) return;
   const double shift = kStep * (best + 0.5 * (before - after) / bend);
-  const double variance = kAlike * spread_ / (slopes_ * slopes_);
+  // Residuals of neighbouring intervals err against each other where stamps jitter, which would
+  // halve the variance, and alike where tyres slide, which would double it.
+  const double variance = spread_ / (slopes_ * slopes_);
   const double share = kPrior * kPrior / (kPrior * kPrior + variance);
   offset_s_ = share * shift;
   sigma_s_ = std::sqrt(share * variance);

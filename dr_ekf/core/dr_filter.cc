@@ -24,11 +24,17 @@ constexpr DurationUs kGap = Milliseconds(500);
 // Stamps of wheels that turn are corrected by no more than this share of the time that passes,
 // which looks like as large an error of their scale; those of wheels that stand at once.
 constexpr double kMostShift = 0.02;
-// An offset of this many sigmas and of half a period is named.
+// An offset of this many sigmas and of half a period is named and taken out. What is less is among
+// the errors of the sums (docs/adr/0017-wheels-as-sums.md).
 constexpr double kSureOffset = 4;
 
 bool IsUsable(Utime utime) {
   return utime.us > -kMaxUtime && utime.us < kMaxUtime;
+}
+
+bool IsSure(const TimeOffset& offset, double rate_hz) {
+  const double size = std::abs(offset.offset_s());
+  return size > kSureOffset * offset.sigma_s() && size > 0.5 / rate_hz;
 }
 
 }  // namespace
@@ -94,9 +100,7 @@ void DrFilter::FindInState(const FilterState& state) {
   once(std::abs(state.yaw_scale - 1) > kOtherTrack &&
            state.P(kYawScale, kYawScale) < kKnownTrackSigma * kKnownTrackSigma,
        DrDiagnosis::kTrackIsOther);
-  const double offset = std::abs(time_offset_.offset_s());
-  once(offset > kSureOffset * time_offset_.sigma_s() && offset > 0.5 / calibration_.wheel.rate_hz,
-       DrDiagnosis::kWheelStampsOff);
+  once(IsSure(time_offset_, calibration_.wheel.rate_hz), DrDiagnosis::kWheelStampsOff);
 }
 
 void DrFilter::Restart(Utime utime) {
@@ -134,8 +138,10 @@ void DrFilter::ShiftStamps(WheelSample* sample) {
     if (slack <= kBeginSlack && -slack <= kBeginSlack) begin = *shifted_end_;
   }
   // No stamp can be moved to where the IMU has not been yet: that is named, not corrected.
-  const DurationUs wanted = DurationFromSeconds(
-      std::max(time_offset_.offset_s(), std::min(0.0, -calibration_.wheel.time_offset_s)));
+  const double found =
+      IsSure(time_offset_, calibration_.wheel.rate_hz) ? time_offset_.offset_s() : 0.0;
+  const DurationUs wanted =
+      DurationFromSeconds(std::max(found, std::min(0.0, -calibration_.wheel.time_offset_s)));
   const bool still = sample->dx_m == 0 && sample->dyaw_rad == 0;
   const double interval = std::max(0.0, (sample->utime - sample->utime_begin).seconds());
   const DurationUs most =

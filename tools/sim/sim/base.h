@@ -28,6 +28,15 @@ struct BaseConfig {
   double slip_per_sqrt_m = 0.004;       // random, along the way
   double heading_deg_per_sqrt_m = 0.2;  // random
   double carpet_factor = 2.5;           // random slip on carpet, times normal
+  // Tyres run at a slip angle in proportion to the sideways force (linear tyre; a rubber tyre gives
+  // way by some tenths of a degree at the 0.25 m/s^2 of such a robot in a curve).
+  double side_slip = 0.01;             // rad per m/s^2
+  double sideways_per_sqrt_m = 0.002;  // random
+  // A skid-steer base: its wheels cannot roll along a curve. It turns less than its geometry says,
+  // about a point that lies before or behind the middle (a size, as above), and never twice alike.
+  double track_factor = 1;  // effective track over the geometric one
+  double turn_centre_m = 0;
+  double turn_deg_per_sqrt_rad = 0;  // random, per angle turned
 };
 
 // What the world does to the base in one step.
@@ -56,7 +65,7 @@ class Base {
   const Eigen::Vector2d& position() const { return position_; }
   double yaw() const { return yaw_; }
   double v() const { return 0.5 * (left_v_ + right_v_); }  // of the wheels
-  double w() const { return (right_v_ - left_v_) / config_.track_m; }
+  double w() const { return (right_v_ - left_v_) / (config_.track_m * config_.track_factor); }
   double left_way() const { return left_way_; }  // m that the wheel's rim has turned
   double right_way() const { return right_way_; }
   bool bumper() const { return bumper_; }
@@ -69,13 +78,20 @@ class Base {
   BaseConfig config_;
   const floorplan::FloorMap& obstacles_;
   const std::vector<float>& distance_;
-  double left_scale_, right_scale_, track_;
-  SmoothNoise slip_noise_, heading_noise_;
+  struct Motion {  // of the body over the ground
+    double v = 0, sideways = 0, w = 0;
+  };
+  // What becomes of the wheels' rims' motion over dt.
+  Motion Roll(double dt, const Disturbance& disturbance);
+
+  double left_scale_, right_scale_, track_, turn_centre_;
+  SmoothNoise slip_noise_, heading_noise_, sideways_noise_, turn_noise_;
   std::deque<Timed> commands_;
   double wanted_v_ = 0, wanted_w_ = 0;
   double left_v_ = 0, right_v_ = 0;  // m/s of the rims
   double left_way_ = 0, right_way_ = 0;
-  double way_ = 0;
+  double way_ = 0;   // m, of the tyres
+  double turn_ = 0;  // rad, in either direction
   Eigen::Vector2d position_ = Eigen::Vector2d::Zero();
   double yaw_ = 0;
   bool bumper_ = false;

@@ -73,7 +73,8 @@ void ReadRegions(StrictMap* map, const char* key, std::vector<Region>* out) {
   }
 }
 
-void ReadWorld(const YAML::Node& node, YamlReport* report, WorldConfig* world) {
+void ReadWorld(const YAML::Node& node, YamlReport* report, Scenario* s) {
+  WorldConfig* world = &s->world;
   StrictMap map(node, "world", report);
   map.Choice<WallStyle>("walls", &world->walls,
                         {{"textured", WallStyle::kTextured},
@@ -89,6 +90,7 @@ void ReadWorld(const YAML::Node& node, YamlReport* report, WorldConfig* world) {
   map.Number("doors_per_m", &world->doors_per_m, 0, 2);
   map.Number("furniture_per_m", &world->furniture_per_m, 0, 2);
   map.Number("lamp_spacing_m", &world->lamp_spacing_m, 0.8, 20);
+  map.Number("light", &s->light, 0.001, 10);
   ReadRegions(&map, "blank_regions", &world->blank_regions);
   ReadRegions(&map, "carpets", &world->carpets);
   std::vector<double> repeat;
@@ -128,6 +130,8 @@ void ReadImu(const YAML::Node& node, YamlReport* report, ImuConfig* imu) {
   map.Number("accel_noise", &imu->accel_noise, 1e-6, 10);
   map.Number("accel_walk", &imu->accel_walk, 0, 10);
   map.Number("accel_bias", &imu->accel_bias, 0, 5);
+  map.Number("shake_rad_s", &imu->shake_rad_s, 0, 1);
+  map.Number("shake_m_s2", &imu->shake_m_s2, 0, 10);
   map.Finish();
 }
 
@@ -141,8 +145,22 @@ void ReadBase(const YAML::Node& node, YamlReport* report, Scenario* s) {
   map.Number("slip_per_sqrt_m", &s->base.slip_per_sqrt_m, 0, 0.5);
   map.Number("heading_deg_per_sqrt_m", &s->base.heading_deg_per_sqrt_m, 0, 30);
   map.Number("carpet_factor", &s->base.carpet_factor, 1, 20);
-  map.Number("wheel_delay_s", &s->wheel_delay_s, 0, 0.2);
+  map.Number("side_slip", &s->base.side_slip, 0, 1);
+  map.Number("sideways_per_sqrt_m", &s->base.sideways_per_sqrt_m, 0, 0.5);
+  map.Number("track_factor", &s->base.track_factor, 0.5, 4);
+  map.Number("turn_centre_m", &s->base.turn_centre_m, 0, 0.3);
+  map.Number("turn_deg_per_sqrt_rad", &s->base.turn_deg_per_sqrt_rad, 0, 30);
+  map.Number("wheel_delay_s", &s->odometry.delay_s, 0, 0.2);
+  map.Number("odometry_hz", &s->odometry.rate_hz, 0, 50);
+  map.Number("stamp_jitter_ms", &s->odometry.stamp_jitter_ms, 0, 20);
   map.Number("floor_roughness", &s->floor_roughness, 0, 10);
+  map.Finish();
+}
+
+void ReadMounting(const YAML::Node& node, YamlReport* report, MountingConfig* mounting) {
+  StrictMap map(node, "mounting", report);
+  map.Number("camera_deg", &mounting->camera_deg, 0, 10);
+  map.Number("camera_m", &mounting->camera_m, 0, 0.2);
   map.Finish();
 }
 
@@ -217,10 +235,11 @@ Result<Scenario> Read(const YAML::Node& root, const std::string& name) {
     const YAML::Node node = map.Take(key);
     if (node.IsDefined()) read(node);
   };
-  section("world", [&](const YAML::Node& n) { ReadWorld(n, &report, &s.world); });
+  section("world", [&](const YAML::Node& n) { ReadWorld(n, &report, &s); });
   section("camera", [&](const YAML::Node& n) { ReadCamera(n, &report, &s); });
   section("imu", [&](const YAML::Node& n) { ReadImu(n, &report, &s.imu); });
   section("base", [&](const YAML::Node& n) { ReadBase(n, &report, &s); });
+  section("mounting", [&](const YAML::Node& n) { ReadMounting(n, &report, &s.mounting); });
   section("drive", [&](const YAML::Node& n) { ReadDrive(n, &report, &s.drive); });
   section("events", [&](const YAML::Node& n) {
     if (!n.IsSequence()) report.Add(n, "events: must be a list");

@@ -8,6 +8,8 @@
 
 #include "tools/sim/sim/depth_sensor.h"
 #include "tools/sim/sim/floor_profile.h"
+#include "tools/sim/sim/mounting.h"
+#include "tools/sim/sim/odometry_resampler.h"
 
 namespace gw::sim {
 namespace {
@@ -34,7 +36,8 @@ std::vector<double> GyroAtRest(const ImuConfig& config, double seconds) {
   std::vector<double> z;
   const double dt = 1 / config.rate_hz;
   for (int i = 1; i <= seconds * config.rate_hz; ++i) {
-    const ImuSample s = imu.Measure(UtimeFromSeconds(i * dt), dt, SE3(), Eigen::Vector3d::Zero());
+    const ImuSample s =
+        imu.Measure(UtimeFromSeconds(i * dt), dt, SE3(), Eigen::Vector3d::Zero(), 0);
     z.push_back(s.w_I_rad_s.z());
   }
   return z;
@@ -71,7 +74,7 @@ TEST(ImuSensor, MeasuresRotationAndGravityInItsOwnFrame) {
   ImuSample sample;
   for (int i = 0; i < 10; ++i) {
     sample = imu.Measure(Utime{5000 * (i + 1)}, 0.005, SE3(ExpSO3({0, 0, 0.005 * i}), {0, 0, 0}),
-                         Eigen::Vector3d::Zero());
+                         Eigen::Vector3d::Zero(), 0);
   }
   EXPECT_NEAR(sample.w_I_rad_s.y(), -1.0, 1e-6);
   EXPECT_NEAR(sample.a_I_m_s2.y(), -9.80665, 1e-6);
@@ -88,7 +91,7 @@ TEST(ImuSensor, EveryAxisOfTheGyroHasItsOwnScale) {
     Eigen::Vector3d w;
     for (int i = 0; i < 3; ++i) {
       w = imu.Measure(Utime{5000 * (i + 1)}, 0.005, SE3(ExpSO3({0, 0, 0.005 * i}), {0, 0, 0}),
-                      Eigen::Vector3d::Zero())
+                      Eigen::Vector3d::Zero(), 0)
               .w_I_rad_s;
     }
     EXPECT_GE(std::abs(w.z() - 1), 0.006 - 1e-6) << seed;
@@ -105,7 +108,7 @@ double MeanDrift(uint64_t seed) {
   hall.occupied.assign(1000 * 1000, 0);
   const std::vector<float> distance(hall.occupied.size(), 5.0f);
   Base base({}, hall, distance, seed);
-  WheelSensor wheels(base.config().track_m, 11724.4, 0, seed);
+  WheelSensor wheels(base.config().track_m, 11724.4, seed);
   base.Place({0, 0}, 0);
   SE3 odometry;
   std::vector<std::pair<SE3, SE3>> poses;  // truth, odometry
@@ -149,7 +152,7 @@ TEST(WheelSensor, OdometryDriftsOneToThreePercentOfTheWay) {
 }
 
 TEST(WheelSensor, TicksWrapAndMeanTheSameAsTheMotion) {
-  WheelSensor wheels(0.23, 11724.4, 0.0475, 1);
+  WheelSensor wheels(0.23, 11724.4, 1);
   double sum = 0;
   uint16_t before = 0;
   int64_t ticks = 0;
@@ -159,10 +162,156 @@ TEST(WheelSensor, TicksWrapAndMeanTheSameAsTheMotion) {
     before = s.left_ticks;
     sum += s.dx_m;
     EXPECT_EQ((s.utime - s.utime_begin).us, 20'000);
-    EXPECT_EQ(s.utime.us, 20'000 * (i + 1) + 47'500);
+    EXPECT_EQ(s.utime.us, 20'000 * (i + 1));
   }
   EXPECT_NEAR(sum, 0.013 * 999, 1e-4);
   EXPECT_NEAR(static_cast<double>(ticks) / 11724.4, sum, 1e-9);
+}
+
+TEST(ImuSensor, ShakesWithTheSpeedAndComesBack) {
+  ImuConfig config;
+  config.gyro_bias = config.gyro_walk = config.gyro_scale_error = 0;
+  config.gyro_noise = 1e-9;
+  config.accel_bias = config.accel_walk = 0;
+  config.accel_noise = 1e-9;
+  const double dt = 1 / config.rate_hz;
+  for (const double speed : {0.0, 0.25, 0.5}) {
+    ImuSensor imu(config, SE3(), 5);
+    double turn = 0, squares = 0, accel_squares = 0;
+    constexpr int kSamples = 20'000;
+    for (int i = 1; i <= kSamples; ++i) {
+      const ImuSample s =
+          imu.Measure(UtimeFromSeconds(i * dt), dt, SE3(), Eigen::Vector3d::Zero(), speed);
+      turn += s.w_I_rad_s.z() * dt;
+      squares += s.w_I_rad_s.z() * s.w_I_rad_s.z() / kSamples;
+      accel_squares += s.a_I_m_s2.x() * s.a_I_m_s2.x() / kSamples;
+      ASSERT_LT(std::abs(turn), 1e-3) << "shaking is no turn";
+    }
+    EXPECT_NEAR(std::sqrt(squares), config.shake_rad_s * speed / 0.5, 1e-3) << speed;
+    EXPECT_NEAR(std::sqrt(accel_squares), config.shake_m_s2 * speed / 0.5, 1e-2) << speed;
+  }
+}
+
+// Drives a curve to the left for ten seconds; sideways way of the body in its own frame.
+double SidewaysWay(const BaseConfig& config) {
+  floorplan::FloorMap hall;
+  hall.width = hall.height = 400;
+  hall.resolution = 0.5;
+  hall.origin = {-100, -100};
+  hall.occupied.assign(400 * 400, 0);
+  const std::vector<float> distance(hall.occupied.size(), 5.0f);
+  Base base(config, hall, distance, 1);
+  base.Place({0, 0}, 0);
+  double sideways = 0;
+  for (int ms = 0; ms < 10'000; ++ms) {
+    const double t = ms * 1e-3;
+    if (ms % 50 == 0) base.Command(t, 0.5, 0.5);
+    const Eigen::Vector2d before = base.position();
+    const double yaw = base.yaw();
+    base.Step(t, 1e-3, {});
+    const Eigen::Vector2d step = base.position() - before;
+    const double middle = yaw + 0.5 * std::remainder(base.yaw() - yaw, 2 * std::numbers::pi);
+    sideways += -std::sin(middle) * step.x() + std::cos(middle) * step.y();
+  }
+  return sideways;
+}
+
+TEST(Base, TyresSlideToTheOutsideOfACurve) {
+  BaseConfig config;
+  config.sideways_per_sqrt_m = 0;
+  config.side_slip = 0;
+  EXPECT_NEAR(SidewaysWay(config), 0, 1e-3);
+  config.side_slip = 0.02;
+  // Slip angle 0.02 * 0.25 m/s^2 over 5 m; the base needs half a second to get going.
+  EXPECT_NEAR(SidewaysWay(config), -0.02 * 0.25 * 5, 0.004);
+}
+
+TEST(Base, ASkidSteerBaseTurnsLessThanItsGeometricTrackSays) {
+  floorplan::FloorMap hall;
+  hall.width = hall.height = 100;
+  hall.resolution = 0.5;
+  hall.origin = {-25, -25};
+  hall.occupied.assign(100 * 100, 0);
+  const std::vector<float> distance(hall.occupied.size(), 5.0f);
+  BaseConfig config;
+  config.track_factor = 1.9;
+  config.turn_deg_per_sqrt_rad = 4;
+  Base base(config, hall, distance, 3);
+  base.Place({0, 0}, 0);
+  double turn = 0, yaw = 0;
+  for (int ms = 0; ms < 20'000; ++ms) {
+    if (ms % 50 == 0) base.Command(ms * 1e-3, 0, 0.8);
+    base.Step(ms * 1e-3, 1e-3, {});
+    turn += std::remainder(base.yaw() - yaw, 2 * std::numbers::pi);
+    yaw = base.yaw();
+  }
+  // It does what it is told, but for dead time (0.3 s) and its random turns (0.28 rad over 16 rad).
+  EXPECT_NEAR(turn, 0.8 * 19.7, 3 * 0.28);
+  const double by_odometry = (base.right_way() - base.left_way()) / config.track_m;
+  EXPECT_NEAR(by_odometry / turn, 1.9, 0.1);
+}
+
+TEST(OdometryResampler, IncrementsCoverFortyAndSixtyMillisecondsAndNoWayIsLost) {
+  OdometryConfig config;
+  config.stamp_jitter_ms = 0;
+  const Utime start{1'000'000};
+  OdometryResampler resampler(config, start, 1);
+  std::vector<double> ways;
+  double sum = 0;
+  Utime before = start + DurationFromSeconds(config.delay_s);
+  for (int ms = 1; ms <= 10'000; ++ms) {
+    const Utime now = start + Milliseconds(ms);
+    if (ms % 20 == 0) {
+      WheelSample packet;
+      packet.dx_m = 0.02;  // 1 m/s
+      resampler.Push(packet);
+    }
+    const auto sample = resampler.Take(now);
+    if (!sample) continue;
+    EXPECT_EQ(sample->utime_begin, before);
+    EXPECT_EQ((sample->utime - sample->utime_begin).us, 50'000);
+    before = sample->utime;
+    ways.push_back(sample->dx_m);
+    sum += sample->dx_m;
+  }
+  ASSERT_EQ(ways.size(), 200u);
+  EXPECT_NEAR(sum, 10, 1e-9);
+  EXPECT_NEAR(ways[100], 0.04, 1e-9);
+  EXPECT_NEAR(ways[101], 0.06, 1e-9);
+}
+
+TEST(OdometryResampler, StampsAreLateInOrderAndByTheSizeOfTheJitter) {
+  OdometryConfig config;
+  config.stamp_jitter_ms = 5;
+  OdometryResampler resampler(config, Utime{0}, 1);
+  std::vector<double> late_ms;
+  Utime before{-1};
+  for (int ms = 1; ms <= 100'000; ++ms) {
+    const auto sample = resampler.Take(Utime{ms * 1000});
+    if (!sample) continue;
+    EXPECT_GT(sample->utime, before);
+    before = sample->utime;
+    const double due = config.delay_s + (static_cast<double>(sample->seq) + 1) / config.rate_hz;
+    late_ms.push_back(1e3 * (sample->utime.seconds() - due));
+    EXPECT_GE(late_ms.back(), -1e-3);
+  }
+  double squares = 0;
+  for (const double late : late_ms) squares += late * late / static_cast<double>(late_ms.size());
+  EXPECT_NEAR(std::sqrt(squares), 5, 0.4);
+}
+
+TEST(Mounting, IsOffByHalfADegreeToADegreeAndACentimetreWithEverySeed) {
+  const SE3 nominal(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0.0175, 0.25});
+  for (uint64_t seed = 0; seed < 40; ++seed) {
+    const SE3 mounted = MountedAt(nominal, {}, seed);
+    const double turn = LogSO3(nominal.rotation().conjugate() * mounted.rotation()).norm();
+    EXPECT_GE(turn * 180 / std::numbers::pi, 0.6 * 0.75 - 1e-6) << seed;
+    EXPECT_LE(turn * 180 / std::numbers::pi, 1.4 * 0.75 + 1e-6) << seed;
+    const double shift = (mounted.translation() - nominal.translation()).norm();
+    EXPECT_GE(shift, 0.006 - 1e-9) << seed;
+    EXPECT_LE(shift, 0.014 + 1e-9) << seed;
+  }
+  EXPECT_TRUE(MountedAt(nominal, {0, 0}, 1).translation().isApprox(nominal.translation()));
 }
 
 TEST(DepthSensor, NoiseGrowsWithTheSquareOfTheDistance) {

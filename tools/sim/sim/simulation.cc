@@ -62,8 +62,8 @@ RobotConfig MakeRobotConfig(const Scenario& s) {
   imu.accel_walk = s.imu.accel_walk;
   WheelCalibration& wheel = c.calibration.wheel;
   wheel.present = true;
-  wheel.rate_hz = kWheelRate;
-  wheel.time_offset_s = s.wheel_delay_s;
+  wheel.rate_hz = s.odometry.rate_hz > 0 ? s.odometry.rate_hz : kWheelRate;
+  wheel.time_offset_s = s.odometry.delay_s;
   wheel.track_width_m = s.base.track_m;
   return c;
 }
@@ -85,15 +85,20 @@ Simulation::Simulation(const Scenario& scenario, Drive drive, Utime start, int t
       start_(start),
       now_(start),
       robot_config_(MakeRobotConfig(scenario)),
+      T_BC_(MountedAt(robot_config_.calibration.camera.T_BC, scenario.mounting, scenario.seed)),
+      // The IMU is in the camera, whose maker knows where.
+      T_BI_(T_BC_ * robot_config_.calibration.camera.T_BC.inverse() *
+            robot_config_.calibration.imu.T_BI),
       pool_(threads),
       shaper_(robot_config_.drivers.kobuki),
       floor_(scenario.seed, scenario.floor_roughness),
       left_eye_(scenario.pinhole, scenario.imager, &pool_),
       right_eye_(scenario.pinhole, scenario.imager, &pool_),
       auto_exposure_(scenario.imager),
-      imu_(scenario.imu, robot_config_.calibration.imu.T_BI, scenario.seed),
+      imu_(scenario.imu, T_BI_, scenario.seed),
       wheels_(scenario.base.track_m, robot_config_.calibration.wheel.ticks_per_metre,
-              scenario.wheel_delay_s, scenario.seed) {}
+              scenario.seed),
+      odometry_(scenario.odometry, start, scenario.seed) {}
 
 Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
                                                        const floorplan::FloorMap& map, Drive drive,
@@ -164,7 +169,7 @@ void Simulation::Build(const floorplan::FloorMap& map, const floorplan::Waypoint
   base_->Place(first.position, first.yaw);
   renderer_ = std::make_unique<Renderer>(*world_, scenario_.pinhole, &pool_);
   T_GB_ = floor_.BodyPose(first.position, first.yaw);
-  p_GI_ = T_GB_ * robot_config_.calibration.imu.T_BI.translation();
+  p_GI_ = T_GB_ * T_BI_.translation();
   Note("source", std::string("gw-sim ") + Version() + " scenario " + scenario_.name + " seed " +
                      std::to_string(scenario_.seed) +
                      (recorded_ ? ", along a recorded robot's way with its odometry" : ""));
@@ -244,7 +249,7 @@ void Simulation::BeginEvents() {
     if (event.kind != EventKind::kKidnap) continue;
     base_->Place(event.to.position, event.to.yaw);
     T_GB_ = floor_.BodyPose(event.to.position, event.to.yaw);
-    p_GI_ = T_GB_ * robot_config_.calibration.imu.T_BI.translation();
+    p_GI_ = T_GB_ * T_BI_.translation();
     imu_.Forget();
     wheels_.Forget(event.to.yaw);
     if (drive_ == Drive::kPath && !Replan(event.to)) finished_at_s_ = t;
@@ -315,22 +320,25 @@ bool Simulation::Step() {
 
 void Simulation::Measure(const SE3& T_GB_before, Utime before) {
   const double t = seconds();
-  const Eigen::Vector3d p_GI = T_GB_ * robot_config_.calibration.imu.T_BI.translation();
+  const Eigen::Vector3d p_GI = T_GB_ * T_BI_.translation();
   const Eigen::Vector3d v_GI = (p_GI - p_GI_) / kStep;
   p_GI_ = p_GI;
   // Samples of every sensor are at multiples of its period, rounded down to the step.
   if (t * scenario_.imu.rate_hz >= static_cast<double>(imu_count_ + 1) - 1e-9) {
     ++imu_count_;
-    const ImuSample sample = imu_.Measure(now_, 1 / scenario_.imu.rate_hz, T_GB_, v_GI);
+    const ImuSample sample =
+        imu_.Measure(now_, 1 / scenario_.imu.rate_hz, T_GB_, v_GI, std::abs(base_->v()));
     Send(now_ + kImuTransfer, kImuRank, wire::kImu, wire::Encode(sample));
   }
   if (recorded_) {
     SendRecordedOdometry();
   } else if (t * kWheelRate >= static_cast<double>(wheel_count_ + 1) - 1e-9) {
     ++wheel_count_;
-    const WheelSample sample =
-        wheels_.Measure(now_, base_->left_way(), base_->right_way(), base_->yaw(), base_->bumper());
-    Send(sample.utime, kWheelRank, wire::kWheel, wire::Encode(sample));
+    odometry_.Push(wheels_.Measure(now_, base_->left_way(), base_->right_way(), base_->yaw(),
+                                   base_->bumper()));
+  }
+  if (const auto sample = recorded_ ? std::nullopt : odometry_.Take(now_)) {
+    Send(sample->utime, kWheelRank, wire::kWheel, wire::Encode(*sample));
   }
   const auto frame_time = [this](int64_t frame) {
     return start_ + DurationFromSeconds(static_cast<double>(frame) / scenario_.camera_rate_hz);
@@ -338,9 +346,8 @@ void Simulation::Measure(const SE3& T_GB_before, Utime before) {
   while (frame_time(frame_ + 1) <= now_) {
     const Utime at = frame_time(++frame_);
     const double fraction = (at - before).seconds() / kStep;
-    const SE3& T_BC = robot_config_.calibration.camera.T_BC;
     CameraMotion motion;
-    const Vector6d tangent = ((T_GB_before * T_BC).inverse() * T_GB_ * T_BC).Log() / kStep;
+    const Vector6d tangent = ((T_GB_before * T_BC_).inverse() * T_GB_ * T_BC_).Log() / kStep;
     motion.v = tangent.head<3>();
     motion.w = tangent.tail<3>();
     const SE3 T_GB = Interpolate(T_GB_before, T_GB_, fraction);
@@ -353,11 +360,11 @@ void Simulation::Measure(const SE3& T_GB_before, Utime before) {
 void Simulation::TakeImage(Utime at, const SE3& T_GB, const CameraMotion& motion) {
   const double t = (at - start_).seconds();
   const auto seed = static_cast<uint64_t>(scenario_.seed);
-  double light = 1;
+  double light = scenario_.light;
   Glare glare;
   DurationUs late{0};
   bool dropped = false;
-  const SE3 T_GC = T_GB * robot_config_.calibration.camera.T_BC;
+  const SE3 T_GC = T_GB * T_BC_;
   for (const Event& event : scenario_.events) {
     if (!event.ActiveAt(t)) continue;
     switch (event.kind) {

@@ -22,6 +22,7 @@
 #include "tools/sim/sim/base.h"
 #include "tools/sim/sim/camera_sensor.h"
 #include "tools/sim/sim/floor_profile.h"
+#include "tools/sim/sim/odometry_resampler.h"
 #include "tools/sim/sim/path_follower.h"
 #include "tools/sim/sim/recorded_motion.h"
 #include "tools/sim/sim/renderer.h"
@@ -75,6 +76,7 @@ class Simulation {
   int64_t commands_refused() const { return commands_refused_; }
   const SE3& T_GB() const { return T_GB_; }
   const World& world() const { return *world_; }
+  // As its maker sees it: where the camera should be.
   const RobotConfig& robot_config() const { return robot_config_; }
 
  private:
@@ -98,6 +100,7 @@ class Simulation {
   Drive drive_;
   Utime start_, now_;
   RobotConfig robot_config_;
+  SE3 T_BC_, T_BI_;  // as mounted
   WorkerPool pool_;
   std::vector<floorplan::Waypoint> stops_;
   std::unique_ptr<World> world_;
@@ -115,6 +118,7 @@ class Simulation {
   AutoExposure auto_exposure_;
   ImuSensor imu_;
   WheelSensor wheels_;
+  OdometryResampler odometry_;
 
   SE3 T_GB_;
   Eigen::Vector3d p_GI_ = Eigen::Vector3d::Zero();

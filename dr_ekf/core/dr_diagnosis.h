@@ -8,8 +8,6 @@ namespace gw::dr_ekf {
 enum class DrDiagnosis {
   kTimeWentBack,
   kTimeJumpedAhead,
-  kTimeGap,
-  kWheelStampsOff,
   kImuOnAnotherClock,
   kImuStampsRepeat,
   kAccelInG,
@@ -31,13 +29,6 @@ constexpr std::string_view Text(DrDiagnosis diagnosis) {
       return "time went back: dead reckoning began anew; check who sets the clock";
     case DrDiagnosis::kTimeJumpedAhead:
       return "time jumped ahead: dead reckoning began anew; check who sets the clock";
-    case DrDiagnosis::kTimeGap:
-      return "no sample for more than half a second, or time jumped ahead by as much: the motion "
-             "between is bridged; check driver and clock";
-    case DrDiagnosis::kWheelStampsOff:
-      return "the wheels' stamps do not fit the gyro's by more than half a period: corrected; "
-             "check "
-             "calibration.wheel.time_offset_s";
     case DrDiagnosis::kImuOnAnotherClock:
       return "the IMU's clock is not that of the wheels: the IMU is not used; check its stamps";
     case DrDiagnosis::kImuStampsRepeat:
@@ -76,10 +67,6 @@ constexpr std::string_view Name(DrDiagnosis diagnosis) {
       return "time_went_back";
     case DrDiagnosis::kTimeJumpedAhead:
       return "time_jumped_ahead";
-    case DrDiagnosis::kTimeGap:
-      return "time_gap";
-    case DrDiagnosis::kWheelStampsOff:
-      return "wheel_stamps_off";
     case DrDiagnosis::kImuOnAnotherClock:
       return "imu_on_another_clock";
     case DrDiagnosis::kImuStampsRepeat:

@@ -18,23 +18,9 @@ constexpr int64_t kMaxUtime = int64_t{1} << 61;  // differences of times cannot 
 // A clock that was set back, not a late packet: all samples, for this long of their own time.
 constexpr DurationUs kLateBeforeRestart = Milliseconds(500);
 constexpr int kLateSamples = 3;
-// Samples in a row that are further apart than this: a silent driver, or a clock that was set ahead
-// by a little.
-constexpr DurationUs kGap = Milliseconds(500);
-// Stamps of wheels that turn are corrected by no more than this share of the time that passes,
-// which looks like as large an error of their scale; those of wheels that stand at once.
-constexpr double kMostShift = 0.02;
-// An offset of this many sigmas and of half a period is named and taken out. What is less is among
-// the errors of the sums (docs/adr/0017-wheels-as-sums.md).
-constexpr double kSureOffset = 4;
 
 bool IsUsable(Utime utime) {
   return utime.us > -kMaxUtime && utime.us < kMaxUtime;
-}
-
-bool IsSure(const TimeOffset& offset, double rate_hz) {
-  const double size = std::abs(offset.offset_s());
-  return size > kSureOffset * offset.sigma_s() && size > 0.5 / rate_hz;
 }
 
 }  // namespace
@@ -100,7 +86,6 @@ void DrFilter::FindInState(const FilterState& state) {
   once(std::abs(state.yaw_scale - 1) > kOtherTrack &&
            state.P(kYawScale, kYawScale) < kKnownTrackSigma * kKnownTrackSigma,
        DrDiagnosis::kTrackIsOther);
-  once(IsSure(time_offset_, calibration_.wheel.rate_hz), DrDiagnosis::kWheelStampsOff);
 }
 
 void DrFilter::Restart(Utime utime) {
@@ -122,41 +107,8 @@ void DrFilter::RestartFrom(FilterState state, Utime utime) {
   history_.push_back(std::move(base));
   vision_.Clear();
   consecutive_late_ = 0;
-  time_offset_.Forget();
-  stamped_end_.reset();
-  last_imu_.reset();
   suspect_imu_.reset();
   suspect_wheel_.reset();
-}
-
-void DrFilter::ShiftStamps(WheelSample* sample) {
-  if (!calibration_.imu.present) return;
-  time_offset_.AddWheels(sample->utime_begin, sample->utime, sample->dyaw_rad);
-  Utime begin = sample->utime_begin - wheel_shift_;
-  if (stamped_end_) {
-    const DurationUs slack = sample->utime_begin - *stamped_end_;
-    if (slack <= kBeginSlack && -slack <= kBeginSlack) begin = *shifted_end_;
-  }
-  // No stamp can be moved to where the IMU has not been yet: that is named, not corrected.
-  const double found =
-      IsSure(time_offset_, calibration_.wheel.rate_hz) ? time_offset_.offset_s() : 0.0;
-  const DurationUs wanted =
-      DurationFromSeconds(std::max(found, std::min(0.0, -calibration_.wheel.time_offset_s)));
-  const bool still = sample->dx_m == 0 && sample->dyaw_rad == 0;
-  const double interval = std::max(0.0, (sample->utime - sample->utime_begin).seconds());
-  const DurationUs most =
-      DurationFromSeconds(still ? TimeOffset::kPrior * 10 : kMostShift * interval);
-  stamped_end_ = sample->utime;
-  wheel_shift_.us += std::clamp((wanted - wheel_shift_).us, -most.us, most.us);
-  sample->utime_begin = begin;
-  sample->utime = sample->utime - wheel_shift_;
-  shifted_end_ = sample->utime;
-}
-
-void DrFilter::CountGap(DurationUs between) {
-  if (between <= kGap) return;
-  ++counters_.time_gaps;
-  Find(DrDiagnosis::kTimeGap);
 }
 
 std::optional<size_t> DrFilter::Insert(Event event) {
@@ -215,9 +167,6 @@ DrFilter::Output DrFilter::Push(const ImuSample& raw) {
   }
   sample = *checked;
   if (!CheckTime(sample.utime, sample.utime, suspect_imu_)) return Finish(false);
-  if (last_imu_) CountGap(sample.utime - *last_imu_);
-  last_imu_ = sample.utime;
-  time_offset_.AddGyro(sample.utime, (calibration_.imu.T_BI.rotation() * sample.w_I_rad_s).z());
   if (history_.empty()) {
     history_.push_back(
         {{sample.utime - DurationUs{1}, WheelBegin{}}, model_.Initial(sample.utime)});
@@ -250,7 +199,6 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
   const DurationUs offset = DurationFromSeconds(calibration_.wheel.time_offset_s);
   sample.utime = sample.utime - offset;
   sample.utime_begin = sample.utime_begin - offset;
-  ShiftStamps(&sample);
   imu_check_.Take(sample);
   const WheelChain::Link link = chain_.Add(sample);
   if (link.fate == WheelChain::Fate::kAbsurd) {
@@ -275,7 +223,6 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
       !history_.empty() && sample.utime_begin - history_.back().after.utime <= kBeginSlack;
   if (goes_on) {
     suspect_wheel_.reset();
-    CountGap(sample.utime - sample.utime_begin);
   } else if (!CheckTime(sample.utime_begin, sample.utime, suspect_wheel_)) {
     return Finish(false);
   }

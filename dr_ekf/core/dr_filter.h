@@ -21,7 +21,6 @@
 #include "dr_ekf/core/dr_diagnosis.h"
 #include "dr_ekf/core/dr_model.h"
 #include "dr_ekf/core/imu_check.h"
-#include "dr_ekf/core/time_offset.h"
 #include "dr_ekf/core/vision_witness.h"
 #include "dr_ekf/core/wheel_chain.h"
 
@@ -38,7 +37,6 @@ struct DrCounters {
   int64_t rejected_future = 0;         // jumped ahead, not confirmed by the next sample
   int64_t rejected_absurd = 0;         // faster than any such robot or sensor
   int64_t resets = 0;                  // continuity was lost: gap, clock step, numerical failure
-  int64_t time_gaps = 0;               // over half a second between two samples in a row: bridged
   int64_t wheels_waited = 0;  // joined the next one: stamps too close, equal or back; also used
   StepCounters step;
 };
@@ -80,9 +78,6 @@ class DrFilter {
   // (history_ms), or a reset between them.
   Result<DrIncrement> Increment(Utime a, Utime b) const;
 
-  // Of the wheels' stamps against the gyro's, beyond what the calibration says.
-  const TimeOffset& wheel_time_offset() const { return time_offset_; }
-
  private:
   struct WheelBegin {};
   struct Event {
@@ -106,9 +101,6 @@ class DrFilter {
   // A sample older than the history. True: so are all for half a second of their own time, and the
   // filter began anew at `begin`.
   bool TakeLate(Utime begin, Utime utime);
-  // Takes out of the stamps what the wheels are found to be late by.
-  void ShiftStamps(WheelSample* sample);
-  void CountGap(DurationUs between);
   // A wheel interval, to where it belongs. False: it repeats or overlaps one.
   bool InsertWheel(WheelSample sample);
   void Find(DrDiagnosis diagnosis);
@@ -129,10 +121,6 @@ class DrFilter {
   std::optional<Utime> suspect_wheel_;
   WheelChain chain_;
   ImuCheck imu_check_;
-  TimeOffset time_offset_;
-  DurationUs wheel_shift_;                          // taken out of the newest wheels' stamp
-  std::optional<Utime> stamped_end_, shifted_end_;  // of the newest wheels' sample
-  std::optional<Utime> last_imu_;
   // Samples in a row that are older than the history, and the newest time before that.
   int consecutive_late_ = 0;
   Utime late_since_;

@@ -162,9 +162,8 @@ class DrModel {
   // minus accelerometer. excess: as SlipGate.
   SlipGate::Verdict JudgeWay(int axis, double way, const SlipGate::Interval& interval,
                              double* excess, FilterState& state) const;
-  // The accelerometer is no witness of motion, for a while.
+  // The accelerometer is no witness of motion, for good.
   void FindUnfit(FilterState& state) const;
-  void TryAccelerometerAgain(FilterState& state) const;
   void DoubtAccelerometer(int axis, double speed_error, FilterState& state) const;
 
   DrEkfConfig config_;

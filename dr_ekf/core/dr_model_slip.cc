@@ -1,19 +1,12 @@
 // DrModel: health of the wheels. Who accuses them, who is believed, and how they are trusted again.
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "dr_ekf/core/dr_model.h"
 #include "dr_ekf/core/error_state.h"
 #include "dr_ekf/core/noise_model.h"
 
 namespace gw::dr_ekf {
-namespace {
-
-// An accelerometer that was tried again and failed is left alone for this many times as long.
-constexpr double kTrialsApart = 5;
-
-}  // namespace
 
 void DrModel::FlagSlip(Utime utime, double speed_doubt, FilterState& state) const {
   if (!state.slip) ++state.counters.slips;
@@ -67,29 +60,13 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interv
 void DrModel::FindUnfit(FilterState& state) const {
   if (state.accel_unfit) return;
   state.accel_unfit = true;
-  state.unfit_for *= kTrialsApart;
-  state.unfit_until = state.utime + DurationFromSeconds(state.unfit_for);
-  state.recent_slips = 0;
-  // What it has told of the wheels' scale, and of where they roll, is void.
+  // What it has told of the wheels' scale is void.
   state.wheel_scale = 1;
-  state.crab = 0;
-  state.turn_centre.setZero();
-  const double scale = config_.wheel_scale_sigma;
-  for (const auto& [index, sigma] :
-       {std::pair(kWheelScale, scale), std::pair(kCrab, kAskewPrior),
-        std::pair(kTurnCentre, kTurnCentrePrior), std::pair(kTurnCentre + 1, kTurnCentrePrior)}) {
-    state.P.row(index).setZero();
-    state.P.col(index).setZero();
-    state.P(index, index) = Square(sigma);
-  }
+  state.P.row(kWheelScale).setZero();
+  state.P.col(kWheelScale).setZero();
+  state.P(kWheelScale, kWheelScale) = Square(config_.wheel_scale_sigma);
   state.forward_gate = state.sideways_gate = {};
   DoubtAccelerometer(0, kSpeedSlack, state);
-}
-
-void DrModel::TryAccelerometerAgain(FilterState& state) const {
-  if (!state.accel_unfit || state.utime < state.unfit_until) return;
-  state.accel_unfit = false;
-  state.forward_gate = state.sideways_gate = {};
 }
 
 void DrModel::DoubtAccelerometer(int axis, double speed_error, FilterState& state) const {

@@ -30,13 +30,7 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
                 Vector3d(sample.dx_m, sample.dy_m, 0);
   const Vector3d own = half_back * T_ab.translation();
   in.way = state.wheel_scale * in.measured;
-  const double arc = 2 * std::sin(0.5 * angle.z());
-  if (state.aligned) {
-    // The point that the wheels tell of is not the origin of B, nor is their "ahead" its x.
-    in.way.z() = state.climb * in.way.x();
-    in.way.y() += state.crab * in.way.x() - arc * state.turn_centre.x();
-    in.way.x() += arc * state.turn_centre.y();
-  }
+  if (state.aligned) in.way.z() = state.climb * in.way.x();
   in.residual = in.way - own;
 
   // Derivative of the filter's own way with the motion since the clone, then with both poses.
@@ -62,11 +56,7 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
   }
   in.noise = noise_of(state.way_unmeasured ? in.measured.norm() : sensitivity.x());
   in.H.col(kWheelScale) = -sensitivity;
-  if (state.aligned) {
-    in.H(2, kClimb) = in.H(1, kCrab) = -state.wheel_scale * sensitivity.x();
-    in.H(1, kTurnCentre) = arc;
-    in.H(0, kTurnCentre + 1) = -arc;
-  }
+  if (state.aligned) in.H(2, kClimb) = -state.wheel_scale * sensitivity.x();
   in.H(0, kNewSum) = 1;
   in.H(0, kCloneSum) = -1;
   return in;

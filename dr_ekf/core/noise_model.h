@@ -38,12 +38,9 @@ inline constexpr double kTrackDoubt = 0.05;  // of a known one, when gyro and wh
 // The watchdog compares filter and wheels over this time.
 inline constexpr double kWatchMemory = 10;  // s
 
-// An IMU (and with it "up" and "ahead") that is mounted this much askew, about a degree, sees the
-// body rise and go sideways by this share of the way.
-inline constexpr double kAskewPrior = 0.02;
-// Where the wheels turn about, and where the IMU is: brackets are off by a centimetre, the middle
-// of a base that cannot steer by some.
-inline constexpr double kTurnCentrePrior = 0.03;  // m
+// Rise of the body per way on a level floor, for an accelerometer (and so "up") that is mounted
+// this much askew: about a degree.
+inline constexpr double kClimbPrior = 0.02;
 
 // The scales of wheels and gyro drift this slowly (temperature, tyre wear, payload): 0.04 % in an
 // hour.
@@ -113,8 +110,6 @@ inline constexpr double kVisionDelay = 0.25;  // s: VisionWitness's window and t
 inline constexpr double kMostScaleSigmas = 2.5;
 inline constexpr double kMostSlips = 2.5;
 inline constexpr double kSlipsMemory = 20;  // s
-// It is left out for five times this long, and five times as long each time that it fails again.
-inline constexpr double kUnfitFor = 60;  // s
 // An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.
 inline constexpr double kSpeedSlack = 0.15;  // m/s
 inline constexpr double kTiltDoubt = 0.02;   // rad

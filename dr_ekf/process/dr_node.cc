@@ -65,7 +65,6 @@ void DrNode::Take(const DrFilter::Output& output, process::Shell& shell) {
   count("dr.rejected_future", counters_.rejected_future, now.rejected_future);
   count("dr.rejected_absurd", counters_.rejected_absurd, now.rejected_absurd);
   count("dr.resets", counters_.resets, now.resets);
-  count("dr.time_gaps", counters_.time_gaps, now.time_gaps);
   count("dr.parted", counters_.step.parted, now.step.parted);
   for (const DrDiagnosis diagnosis : output.found) {
     shell.health().Count("dr.found." + std::string(Name(diagnosis)));

@@ -245,8 +245,6 @@ TEST_P(DrClock, AJumpIsARestartWithinASecondAndNamed) {
     EXPECT_LT(now - last_state, 0.1);
     if (!GetParam().restarts) {  // a few seconds ahead: all were silent, and the wheels bridge it
       EXPECT_EQ(last.reset_counter, 0u);
-      EXPECT_EQ(std::count(found.begin(), found.end(), DrDiagnosis::kTimeGap) > 0,
-                GetParam().us > 0);
       continue;
     }
     EXPECT_EQ(last.reset_counter, 1u);

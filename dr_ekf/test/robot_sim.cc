@@ -117,9 +117,7 @@ std::vector<Motion> Drive(const DrEkfConfig& config, const SimOptions& options, 
         Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) *
         Eigen::AngleAxisd(rough ? pitch.value() + bump_pitch : 0, Vector3d::UnitY()) *
         Eigen::AngleAxisd(rough ? roll.value() : 0, Vector3d::UnitX());
-    const Vector3d v_B(ground_v + w * options.turn_centre.y(),
-                       slide * side.value() + options.crab * ground_v - w * options.turn_centre.x(),
-                       rough ? slide * up.value() + climb : 0);
+    const Vector3d v_B(ground_v, slide * side.value(), rough ? slide * up.value() + climb : 0);
     p += q_before.slerp(0.5, q) * v_B * kStep;
     out[i].T_GB = SE3(q, p);
     out[i].v_B = v_B;

@@ -44,9 +44,6 @@ struct SimOptions {
   double gyro_step = 0;
   double floor_tilt = 0.005;  // rad, roll and pitch along the way; only with an accelerometer
   bool with_heading = false;
-  double crab = 0;  // way of B to the left per way of the wheels: an IMU that looks askew
-  // m, in B: the point that moves as the wheels say. A base that cannot steer, an IMU elsewhere.
-  Eigen::Vector2d turn_centre = Eigen::Vector2d::Zero();
   double wheel_delay_s = 0;  // arrival after measurement
   std::vector<SlipSpan> slips = {};
 };

@@ -60,10 +60,8 @@ std::optional<Sample> DecodeCounted(const process::LogEvent& event, DrOnlyRun* r
 
 class DrOnlyRunner::Impl {
  public:
-  Impl(std::optional<dr_ekf::DrFilter> filter, const Calibration& calibration)
-      : filter_(std::move(filter)),
-        estimates_offset_(calibration.imu.present && calibration.wheel.present),
-        states_(&run_) {}
+  explicit Impl(std::optional<dr_ekf::DrFilter> filter)
+      : filter_(std::move(filter)), states_(&run_) {}
 
   void Add(const process::LogEvent& event) {
     run_.clock.Add(event.received);
@@ -83,13 +81,7 @@ class DrOnlyRunner::Impl {
     }
   }
 
-  DrOnlyRun TakeRun() {
-    if (filter_ && estimates_offset_) {
-      run_.wheel_offset_s = filter_->wheel_time_offset().offset_s();
-      run_.wheel_offset_sigma_s = filter_->wheel_time_offset().sigma_s();
-    }
-    return std::move(run_);
-  }
+  DrOnlyRun TakeRun() { return std::move(run_); }
 
  private:
   void Take(const dr_ekf::DrFilter::Output& output) {
@@ -98,7 +90,6 @@ class DrOnlyRunner::Impl {
   }
 
   std::optional<dr_ekf::DrFilter> filter_;
-  bool estimates_offset_;  // of the wheels' time: there are both sensors
   DrOnlyRun run_;
   StateCollector states_;
 };
@@ -114,7 +105,7 @@ Result<DrOnlyRunner> DrOnlyRunner::Create(const RobotConfig& config) {
     if (!created) return created.error();
     filter = std::move(*created);
   }
-  return DrOnlyRunner(std::make_unique<Impl>(std::move(filter), config.calibration));
+  return DrOnlyRunner(std::make_unique<Impl>(std::move(filter)));
 }
 
 void DrOnlyRunner::Add(const process::LogEvent& event) {

@@ -45,8 +45,6 @@ struct DrOnlyRun {
   std::vector<DrCovarianceRow> covariance;
   std::optional<DrState> last;
   std::optional<dr_ekf::DrCounters> counters;  // none when the log's own DR is passed on
-  // Of the wheels' stamps against the gyro's, beyond what the configuration says, and its sigma.
-  double wheel_offset_s = 0, wheel_offset_sigma_s = 0;  // sigma 0: no gyro, or no filter ran
   // The samples as the log has them, in its order.
   std::vector<GyroReading> gyro;
   std::vector<WheelSample> wheels;

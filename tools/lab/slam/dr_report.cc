@@ -194,14 +194,9 @@ void JudgeEstimates(const DrOnlyRun& run, const RobotConfig& config, DrVerdict* 
       Format("biases: gyro %.5f %.5f %.5f rad/s, accelerometer %.4f %.4f %.4f m/s^2",
              s.gyro_bias_rad_s.x(), s.gyro_bias_rad_s.y(), s.gyro_bias_rad_s.z(),
              s.accel_bias_m_s2.x(), s.accel_bias_m_s2.y(), s.accel_bias_m_s2.z()));
-  verdict->facts.push_back(Format("clock offsets as configured: IMU %.6f s, wheels %.6f s",
-                                  config.calibration.imu.time_offset_s,
-                                  config.calibration.wheel.time_offset_s));
-  if (run.wheel_offset_sigma_s > 0) {
-    verdict->facts.push_back(
-        Format("the wheels' stamps are late by %.1f +- %.1f ms more, by their turns and the gyro's",
-               1e3 * run.wheel_offset_s, 1e3 * run.wheel_offset_sigma_s));
-  }
+  verdict->facts.push_back(
+      Format("clock offsets: IMU %.6f s, wheels %.6f s, as configured; not estimated here",
+             config.calibration.imu.time_offset_s, config.calibration.wheel.time_offset_s));
   const double along = std::sqrt(s.cov_T_OB(0, 0) + s.cov_T_OB(1, 1));
   verdict->facts.push_back(Format("doubt at the end: %.3f m, heading %.2f deg (one sigma)", along,
                                   kDegrees * std::sqrt(s.cov_T_OB(5, 5))));
@@ -246,8 +241,7 @@ Json CountersJson(const dr_ekf::DrCounters& c) {
           {"rejected_non_monotonic", c.rejected_non_monotonic},
           {"rejected_future", c.rejected_future},
           {"rejected_absurd", c.rejected_absurd},
-          {"resets", c.resets},
-          {"time_gaps", c.time_gaps}};
+          {"resets", c.resets}};
 }
 
 Json GyroJson(const GyroWitness& gyro) {
@@ -311,8 +305,6 @@ std::string Report(const DrOnlyRun& run, const DrMotion& motion, const WheelSum&
                        {"counters", run.counters ? CountersJson(*run.counters) : Json(nullptr)},
                        {"motion", MotionJson(motion)},
                        {"estimates", run.last ? EstimatesJson(*run.last) : Json(nullptr)},
-                       {"wheel_time_offset_s", run.wheel_offset_s},
-                       {"wheel_time_offset_sigma_s", run.wheel_offset_sigma_s},
                        {"slip", SlipJson(run.poses)},
                        {"facts", verdict.facts},
                        {"problems", verdict.problems}});

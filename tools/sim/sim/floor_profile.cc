@@ -11,29 +11,17 @@ constexpr double kCell = 1.2;           // m; at most one bump in each square of
 constexpr double kBumpShare = 0.3;      // of the squares have one
 constexpr double kWaveHeight = 0.0004;  // m
 constexpr double kWaveLength = 0.5;     // m
-constexpr double kScreedHeight = 0.0025;  // m, of each of its two waves
-constexpr double kScreedLength = 4.3;     // m; the other one is longer
 constexpr double kHalfWheelbase = 0.1;  // m, between axle and casters
 constexpr double kHalfTrack = 0.115;    // m
 
-constexpr double kTau = 6.283185307179586;
-
 }  // namespace
-
-FloorProfile::FloorProfile(uint64_t seed, double roughness) : seed_(seed), roughness_(roughness) {
-  CounterRng rng(seed, 0x5C4EED, 0);
-  for (double& phase : phases_) phase = rng.Uniform(0, kTau);
-}
 
 double FloorProfile::Height(const Eigen::Vector2d& p) const {
   if (roughness_ <= 0) return 0;
+  constexpr double kTau = 6.283185307179586;
   double h = kWaveHeight *
              (std::sin(kTau * p.x() / kWaveLength) * std::sin(kTau * p.y() / (1.3 * kWaveLength)) +
               std::sin(kTau * (p.x() + 0.7 * p.y()) / (2.3 * kWaveLength)));
-  h += kScreedHeight * (std::sin(kTau * p.x() / kScreedLength + phases_[0]) *
-                            std::sin(kTau * p.y() / kScreedLength + phases_[1]) +
-                        std::sin(kTau * p.x() / (1.7 * kScreedLength) + phases_[2]) *
-                            std::sin(kTau * p.y() / (1.7 * kScreedLength) + phases_[3]));
   const int cx = static_cast<int>(std::floor(p.x() / kCell));
   const int cy = static_cast<int>(std::floor(p.y() / kCell));
   for (int y = cy - 1; y <= cy + 1; ++y) {

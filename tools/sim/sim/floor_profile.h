@@ -1,6 +1,5 @@
-// How uneven the floor is: screed that is out of level by some millimetres over metres (half of what
-// DIN 18202, table 3, line 3, allows: 10 mm in 4 m, 12 mm in 10 m), waves of less than a millimetre,
-// and now and then a joint or a cable of a few millimetres. Lifts and tilts the robot a little.
+// How uneven the floor is: waves of less than a millimetre, and now and then a joint or a cable of
+// a few millimetres. Lifts and tilts the robot a little.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +12,7 @@ namespace gw::sim {
 class FloorProfile {
  public:
   // roughness: 1 is a normal office floor, 0 is ideal.
-  FloorProfile(uint64_t seed, double roughness);
+  FloorProfile(uint64_t seed, double roughness) : seed_(seed), roughness_(roughness) {}
 
   double Height(const Eigen::Vector2d& p) const;  // m
   // Pose of a body that stands at p with this heading: on its two wheels and its casters.
@@ -22,7 +21,6 @@ class FloorProfile {
  private:
   uint64_t seed_;
   double roughness_;
-  Eigen::Vector4d phases_;  // of the screed's waves, rad
 };
 
 }  // namespace gw::sim

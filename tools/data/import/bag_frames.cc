@@ -88,36 +88,27 @@ std::unique_ptr<FrameSource> MakeBagFrames(std::unique_ptr<bag::Bag> bag,
 Result<std::vector<BagPair>> PairImages(const std::vector<BagImage>& left,
                                         const std::vector<BagImage>& second, bool second_is_depth,
                                         std::vector<std::string>& warnings) {
-  const double rate_hz = std::max(1.0, MedianRateHz(TimesOf(left)));
-  const double most_s = second_is_depth ? std::min(0.02, 0.5 / rate_hz) : 0.25 / rate_hz;
-  const DurationUs most = DurationUs{static_cast<int64_t>(most_s * 1e6)};
-  const char* const partner = second_is_depth ? "depth image" : "right image";
+  const std::vector<Utime> left_times = TimesOf(left), second_times = TimesOf(second);
+  const double rate_hz = std::max(1.0, MedianRateHz(left_times));
+  const DurationUs most =
+      second_is_depth ? DurationUs{static_cast<int64_t>(std::min(0.02, 0.5 / rate_hz) * 1e6)}
+                      : LargestEyeDifference(left_times);
   std::vector<BagPair> pairs;
-  int64_t widest_us = 0;
-  std::optional<size_t> last;
-  for (const auto& [i, j] : AssociateNearest(TimesOf(left), TimesOf(second), most)) {
-    if (!second_is_depth && last == j) continue;
-    last = j;
+  for (const auto& [i, j] : second_is_depth ? AssociateNearest(left_times, second_times, most)
+                                            : PairEyes(left_times, second_times, warnings)) {
     pairs.push_back({left[i].utime, left[i].message, second[j].message});
-    widest_us = std::max(widest_us, std::abs(left[i].utime.us - second[j].utime.us));
   }
+  const char* const partner = second_is_depth ? "depth image" : "right image";
   if (pairs.empty()) {
     return Error{ErrorCode::kBadData,
                  tools::Format("none of %d images has a %s within %.1f ms; are the two on one "
                                "clock, and of one camera?",
-                               left.size(), partner, most_s * 1e3)};
+                               left.size(), partner, most.seconds() * 1e3)};
   }
   if (pairs.size() < left.size()) {
     warnings.push_back(tools::Format("%d of %d images have no %s within %.1f ms; left out",
                                      left.size() - pairs.size(), left.size(), partner,
-                                     most_s * 1e3));
-  }
-  if (!second_is_depth && widest_us > 1000) {
-    warnings.push_back(
-        tools::Format("the eyes are stamped up to %.1f ms apart; a pair is taken as one instant, "
-                      "so that depth is "
-                      "wrong while the robot turns unless the eyes are triggered together",
-                      static_cast<double>(widest_us) * 1e-3));
+                                     most.seconds() * 1e3));
   }
   return pairs;
 }

@@ -100,6 +100,30 @@ Result<std::map<int64_t, ImageEntry>> ReadImageList(const fs::path& camera) {
   return list;
 }
 
+std::vector<FrameFiles> PairImages(const std::map<int64_t, ImageEntry>& left,
+                                   const std::map<int64_t, ImageEntry>& right,
+                                   std::vector<std::string>& warnings) {
+  std::vector<Utime> left_times, right_times;
+  std::vector<const ImageEntry*> left_entries, right_entries;
+  for (const auto& [ns, entry] : left) {
+    left_times.push_back(UtimeFromNanoseconds(ns));
+    left_entries.push_back(&entry);
+  }
+  for (const auto& [ns, entry] : right) {
+    right_times.push_back(UtimeFromNanoseconds(ns));
+    right_entries.push_back(&entry);
+  }
+  std::vector<FrameFiles> files;
+  for (const auto& [i, j] : PairEyes(left_times, right_times, warnings)) {
+    files.push_back({left_times[i],
+                     left_entries[i]->file,
+                     right_entries[j]->file,
+                     {},
+                     left_entries[i]->listed_at});
+  }
+  return files;
+}
+
 Result<Done> ReadCameras(const fs::path& mav, const ReadOptions& options, Recording& recording) {
   if (!Exists(mav / "cam1")) {
     return Error{ErrorCode::kNotFound,
@@ -120,22 +144,16 @@ Result<Done> ReadCameras(const fs::path& mav, const ReadOptions& options, Record
   if (!left_images) return left_images.error();
   const Result<std::map<int64_t, ImageEntry>> right_images = ReadImageList(mav / "cam1");
   if (!right_images) return right_images.error();
-  std::vector<FrameFiles> files;
-  for (const auto& [ns, image] : *left_images) {
-    const auto match = right_images->find(ns);
-    if (match == right_images->end()) continue;
-    files.push_back(
-        {UtimeFromNanoseconds(ns), image.file, match->second.file, {}, image.listed_at});
-  }
+  std::vector<FrameFiles> files = PairImages(*left_images, *right_images, recording.warnings);
   if (files.empty()) {
     return Error{ErrorCode::kBadData, (mav / "cam1" / "data.csv").string() +
-                                          ": no stamp equals one of cam0; a pair needs equal "
-                                          "stamps"};
+                                          ": no stamp is near one of cam0 (within a quarter of a "
+                                          "frame's time); are both eyes on one clock?"};
   }
   const size_t unpaired = left_images->size() + right_images->size() - 2 * files.size();
   if (unpaired > 0) {
     recording.warnings.push_back(std::to_string(unpaired) +
-                                 " images have no partner with equal stamp; left out");
+                                 " images have no partner in time; left out");
   }
   Result<std::unique_ptr<FrameSource>> frames =
       MakeFileFrames(std::move(files), options, recording);

@@ -67,6 +67,21 @@ TEST(Euroc, ReadsUnrectifiedStereoWithImuAndGroundTruth) {
              SE3(Eigen::Quaterniond(0.5, 0.5, 0.5, 0.5), {1, 2, 3}));
 }
 
+// Eyes of a camera that stamps each by itself.
+TEST(Euroc, EyesMillisecondsApartArePairedWithAWarning) {
+  const TestFolder folder;
+  WriteEuroc(folder);
+  folder.Write("mav0/cam1/data.csv", "1403715273265142976,a.png\n1403715273315143104,b.png\n");
+  const auto recording = ReadEuroc(folder.path(), {});
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_EQ(recording->frames->size(), 2u);
+  EXPECT_EQ(recording->frames->utime(0).us, 1403715273262143);
+  EXPECT_THAT(AllText(recording->warnings), HasSubstr("up to 3.0 ms apart"));
+  // Half of the time between two images: no pair.
+  folder.Write("mav0/cam1/data.csv", "1403715273287142976,a.png\n1403715273337143104,b.png\n");
+  ExpectError(ReadEuroc(folder.path(), {}), ErrorCode::kBadData, {"no stamp is near"});
+}
+
 TEST(Euroc, AcceptsTheInnerFolderAndRecordingsWithoutImu) {
   const TestFolder folder;
   WriteEuroc(folder);
@@ -170,7 +185,7 @@ TEST(Euroc, BadFoldersAreRefusedWithFileAndLine) {
   const std::vector<BadFile> cases = {
       {"mav0/cam0/data.csv", "12.5,a.png\n", {"cam0/data.csv:1: ", "nanoseconds"}},
       {"mav0/cam0/data.csv", "#\n12\n", {"cam0/data.csv:2: the file name"}},
-      {"mav0/cam1/data.csv", "12,a.png\n", {"no stamp equals"}},
+      {"mav0/cam1/data.csv", "12,a.png\n", {"no stamp is near"}},
       {"mav0/cam0/sensor.yaml", EurocCamera("[1,2]"), {"sensor.yaml:4: T_BS"}},
       {"mav0/cam0/sensor.yaml", "distortion_model: equidistant\n", {"only radial-tangential"}},
       {"mav0/cam0/sensor.yaml", "camera_model: omni\n", {"camera_model", "only pinhole"}},

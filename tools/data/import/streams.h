@@ -56,6 +56,15 @@ std::vector<std::pair<size_t, size_t>> AssociateNearest(const std::vector<Utime>
                                                         const std::vector<Utime>& b,
                                                         DurationUs max_difference);
 
+// The eyes of a stereo camera by their stamps, one to one, within a quarter of a frame's time of
+// the left eye: beyond it the robot has moved between them, and they are no pair. Warns of eyes
+// that are apart by more than the jitter of a stamp (1 ms). Both inputs increase.
+std::vector<std::pair<size_t, size_t>> PairEyes(const std::vector<Utime>& left,
+                                                const std::vector<Utime>& right,
+                                                std::vector<std::string>& warnings);
+// That quarter of a frame's time; with fewer than two times 1 ms.
+DurationUs LargestEyeDifference(const std::vector<Utime>& left);
+
 // Median of the spans of ten samples (with fewer than 30 times: of one) as a rate, so that neither
 // jitter nor gaps count; 0 with fewer than two times.
 double MedianRateHz(const std::vector<Utime>& times);

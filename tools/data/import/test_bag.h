@@ -1,6 +1,7 @@
 // Small ROS 1 bags for tests: one connection a topic, messages in a single chunk, no index.
 #pragma once
 
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <string>

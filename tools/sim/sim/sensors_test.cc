@@ -170,6 +170,8 @@ TEST(WheelSensor, TicksWrapAndMeanTheSameAsTheMotion) {
 
 TEST(ImuSensor, ShakesWithTheSpeedAndComesBack) {
   ImuConfig config;
+  config.shake_rad_s = 0.008;
+  config.shake_m_s2 = 0.1;
   config.gyro_bias = config.gyro_walk = config.gyro_scale_error = 0;
   config.gyro_noise = 1e-9;
   config.accel_bias = config.accel_walk = 0;
@@ -253,6 +255,7 @@ TEST(Base, ASkidSteerBaseTurnsLessThanItsGeometricTrackSays) {
 
 TEST(OdometryResampler, IncrementsCoverFortyAndSixtyMillisecondsAndNoWayIsLost) {
   OdometryConfig config;
+  config.rate_hz = 20;
   config.stamp_jitter_ms = 0;
   const Utime start{1'000'000};
   OdometryResampler resampler(config, start, 1);
@@ -282,6 +285,7 @@ TEST(OdometryResampler, IncrementsCoverFortyAndSixtyMillisecondsAndNoWayIsLost) 
 
 TEST(OdometryResampler, StampsAreLateInOrderAndByTheSizeOfTheJitter) {
   OdometryConfig config;
+  config.rate_hz = 20;
   config.stamp_jitter_ms = 5;
   OdometryResampler resampler(config, Utime{0}, 1);
   std::vector<double> late_ms;
@@ -303,7 +307,7 @@ TEST(OdometryResampler, StampsAreLateInOrderAndByTheSizeOfTheJitter) {
 TEST(Mounting, IsOffByHalfADegreeToADegreeAndACentimetreWithEverySeed) {
   const SE3 nominal(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0.0175, 0.25});
   for (uint64_t seed = 0; seed < 40; ++seed) {
-    const SE3 mounted = MountedAt(nominal, {}, seed);
+    const SE3 mounted = MountedAt(nominal, {0.75, 0.01}, seed);
     const double turn = LogSO3(nominal.rotation().conjugate() * mounted.rotation()).norm();
     EXPECT_GE(turn * 180 / std::numbers::pi, 0.6 * 0.75 - 1e-6) << seed;
     EXPECT_LE(turn * 180 / std::numbers::pi, 1.4 * 0.75 + 1e-6) << seed;

@@ -2,10 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <vector>
-
-#include "common/core/random.h"
 
 namespace gw::frontend {
 namespace {
@@ -44,26 +41,6 @@ TEST_F(DepthLookupTest, IsTheMeanOnASmoothSurface) {
   Fill(8, 9, 2010);
   Fill(9, kSide, 2020);
   EXPECT_NEAR(At(8.3f, 7.8f), 2.010f, 1e-6f);
-}
-
-// A wall at 5 m with a D435's noise (sigma 0.0046 z^2, 2.3 %): the nearest of nine pixels is no
-// measure of where the others may lie.
-TEST_F(DepthLookupTest, IsNotDrawnForwardByNoise) {
-  for (size_t i = 0; i < pixels_.size(); ++i) {
-    pixels_[i] = static_cast<uint16_t>(std::lround(5000 + 115 * CounterRng(1, 2, i).Normal()));
-  }
-  double sum = 0;
-  int found = 0;
-  for (int y = 1; y < kSide - 1; ++y) {
-    for (int x = 1; x < kSide - 1; ++x) {
-      const float z = At(static_cast<float>(x), static_cast<float>(y));
-      if (z < 0) continue;
-      sum += z;
-      ++found;
-    }
-  }
-  EXPECT_GT(found, 160);                // of 196; with a window of 3 % from the nearest 127
-  EXPECT_NEAR(sum / found, 5.0, 0.02);  // 0.4 %; with that window 1.4 % too near
 }
 
 TEST_F(DepthLookupTest, TakesTheFrontSideOfAnEdge) {

@@ -189,8 +189,12 @@ void FixedInImage::Decide() {
       other_neither += votes[i] == Vote::kNeither;
     }
   }
-  const bool dr_wrong = known_world + known_other >= kWitnesses ? known_other > known_world
-                                                                : other_neither > other_fixed;
+  // Those that are known judge DR; where they are out of sight, what they said lately stands, and
+  // the others have a say where nobody did.
+  bool dr_wrong = known_other > known_world;
+  if (known_world + known_other < kWitnesses) {
+    dr_wrong = votes_world_ < kPriorWorld && other_neither > other_fixed;
+  }
   if (!any()) since_ = {std::numeric_limits<int64_t>::max()};
   num_fixed_ = 0;
   int fixed = 0, world = 0;

@@ -266,7 +266,7 @@ Json Translator::HealthJson(const std::string& name) const {
   for (const auto& [counter, value] : h.counters) {
     const auto& before = process.before.counters;
     const auto old = std::find_if(before.begin(), before.end(),
-                                  [&](const auto& c) { return c.first == counter; });
+                                  [&name = counter](const auto& c) { return c.first == name; });
     counters.push_back({{"name", counter},
                         {"value", value},
                         {"grew", old != before.end() && value > old->second}});

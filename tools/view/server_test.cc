@@ -34,7 +34,7 @@ class Served {
     EXPECT_TRUE(created.ok());
     server_ = std::move(*created);
     server_->Every(Milliseconds(5), [this] {
-      for (int i = 0; i < per_round_; ++i) {
+      for (int i = 0; i < kPerRound; ++i) {
         server_->Publish(
             {Make(Topic::kPose, R"({"pose":1})"), Make(Topic::kLog, std::string(20'000, 'x'))});
       }
@@ -53,7 +53,7 @@ class Served {
   bool Serves() { return TestClient(port()).Get("/").find("200 OK") != std::string::npos; }
 
  private:
-  static constexpr int per_round_ = 10;
+  static constexpr int kPerRound = 10;
   std::unique_ptr<Server> server_;
   std::thread thread_;
 };
@@ -89,7 +89,7 @@ TEST(Server, TellsAClientWhatItSubscribesTo) {
   for (int i = 0; i < 50 && !(state && pose); ++i) {
     const auto frame = client.NextFrame();
     ASSERT_TRUE(frame);
-    const auto subscription = static_cast<int>((*frame)[1]);
+    const auto subscription = static_cast<int>(static_cast<unsigned char>((*frame)[1]));
     state |= subscription == 5 && frame->substr(13) == R"({"state":true})";
     pose |= subscription == 9 && frame->substr(13) == R"({"pose":1})";
   }

@@ -99,7 +99,7 @@ class TestClient {
   // The payload of the next frame; absent: closed, or nothing within the time.
   std::optional<std::string> NextFrame(int timeout_ms = 5000) {
     while (true) {
-      if (const auto payload = TakeFrame()) return payload;
+      if (auto payload = TakeFrame()) return payload;
       const std::string part = Receive(timeout_ms);
       if (part.empty()) return std::nullopt;
       frames_ += part;

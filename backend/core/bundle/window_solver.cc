@@ -182,6 +182,9 @@ void WindowSolver::LinearizeCost(const Cost& cost) {
   std::vector<const double*> parameters;
   std::vector<RowMajor> ambient;
   std::vector<double*> out;
+  parameters.reserve(cost.blocks.size());
+  ambient.reserve(cost.blocks.size());
+  out.reserve(cost.blocks.size());
   for (const int block : cost.blocks) {
     parameters.push_back(blocks_[block].values);
     ambient.emplace_back(rows, blocks_[block].ambient);

@@ -75,7 +75,7 @@ Result<Recording> ReadKitti(const std::filesystem::path& source, const ReadOptio
   CameraCalibration& camera = recording.calibration.camera;
   const Result<Done> calibrated = ReadCalibration(source / "calib.txt", camera);
   if (!calibrated) return calibrated.error();
-  camera.T_BC = BodyAtCamera_T_BC();
+  camera.T_BC = PoseOfBodyAtCamera();
 
   const std::filesystem::path times_file = source / "times.txt";
   const Result<TextTable> table = TextTable::Read(times_file, "one time in seconds per image");

@@ -10,7 +10,7 @@ void SetNominalCamera(const std::string& why, Recording& recording) {
   camera.width = 848;
   camera.height = 480;
   camera.left = {610, 610, 424, 240, {}};
-  camera.T_BC = BodyAtCamera_T_BC();
+  camera.T_BC = PoseOfBodyAtCamera();
   recording.warnings.push_back(
       why + ": no images in the log, and the camera calibration is only nominal");
 }

@@ -205,12 +205,12 @@ class Assembler {
     Judge(*bag);
     if (!body_.empty()) recording_.notes.emplace_back("body", "frame " + body_ + " of the bag");
     if (topics_.left) {
-      const Result<Done> camera = AssembleCamera(std::move(bag));
+      Result<Done> camera = AssembleCamera(std::move(bag));
       if (!camera) return camera;
     } else if (!given_) {
       SetNominalCamera(recording_.name + " has no images that are chosen", recording_);
     }
-    const Result<Done> wheels = AssembleWheels();
+    Result<Done> wheels = AssembleWheels();
     if (!wheels) return wheels;
     AssembleImu();
     AssembleTruth();
@@ -283,7 +283,7 @@ class Assembler {
     stated_left_ = {left_eye.width, left_eye.height};
     const SE3 T_OpticalImported(Eigen::Quaterniond(left_eye.R_FromImported),
                                 Eigen::Vector3d::Zero());
-    camera.T_BC = PoseInBody(left.frame, "camera", BodyAtCamera_T_BC(),
+    camera.T_BC = PoseInBody(left.frame, "camera", PoseOfBodyAtCamera(),
                              "looking ahead from the middle of the axle") *
                   T_OpticalImported;
     rules.left = std::move(left_eye.undistorter);
@@ -304,7 +304,7 @@ class Assembler {
                                                      : "rgbd; choose the images with --rgbd I,D")};
     }
     if (!given_) {
-      const Result<Done> set = SetCameraFromInfo(rules);
+      Result<Done> set = SetCameraFromInfo(rules);
       if (!set) return set;
     }
     rules.second_is_depth = depth;
@@ -345,7 +345,7 @@ class Assembler {
     for (const auto& [size, eye, name] : {std::tuple{stated_left_, &camera.left, "left"},
                                           {stated_right_, &camera.right, "right"}}) {
       if (size.first == 0) continue;
-      const Result<Done> fits =
+      Result<Done> fits =
           FitStatedSize(size.first, size.second, std::string("CameraInfo of the ") + name + " eye",
                         camera, eye, recording_.warnings);
       if (!fits) return fits;
@@ -365,12 +365,12 @@ class Assembler {
             "the odometry is the angles of two wheels: their radius and distance are needed "
             "(--wheel-radius M --track M)"};
       }
-      const Result<Done> ordered = MakeOrdered(streams_.angles, "odometry", recording_.warnings);
+      Result<Done> ordered = MakeOrdered(streams_.angles, "odometry", recording_.warnings);
       if (!ordered) return ordered;
       recording_.wheel =
           WheelsFromAngles(streams_.angles, options_.wheel_radius_m, options_.track_m);
     } else if (!streams_.ticks.empty()) {
-      const Result<Done> ordered = MakeOrdered(streams_.ticks, "odometry", recording_.warnings);
+      Result<Done> ordered = MakeOrdered(streams_.ticks, "odometry", recording_.warnings);
       if (!ordered) return ordered;
       recording_.wheel =
           WheelsFromTicks(streams_.ticks, {wheel.ticks_per_metre, wheel.track_width_m});
@@ -378,7 +378,7 @@ class Assembler {
                                     tools::Format("encoder counts, %.1f a metre, track %.4f m",
                                                   wheel.ticks_per_metre, wheel.track_width_m));
     } else {
-      const Result<Done> ordered = MakeOrdered(streams_.odometry, "odometry", recording_.warnings);
+      Result<Done> ordered = MakeOrdered(streams_.odometry, "odometry", recording_.warnings);
       if (!ordered) return ordered;
       recording_.wheel = WheelIncrements(streams_.odometry);
       if (given_) WarnOfForeignBody();
@@ -431,7 +431,7 @@ class Assembler {
       truth = streams_.frames.Motion(options_.truth_parent, options_.truth_child);
       frame.clear();
     }
-    const Result<Done> ordered = MakeOrdered(truth, "ground truth", recording_.warnings);
+    Result<Done> ordered = MakeOrdered(truth, "ground truth", recording_.warnings);
     if (!ordered) {
       Warn(ordered.error().message + ": no ground truth in the log");
       return;

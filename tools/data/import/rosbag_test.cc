@@ -205,7 +205,7 @@ TEST(Rosbag, SpoiltMessagesAreLeftOutAndCounted) {
 
 TEST(Rosbag, CamerasThatAreNotCalibratedAreNamed) {
   const TestFolder folder;
-  const auto error = [&](RosInfo info) {
+  const auto error = [&](const RosInfo& info) {
     TestBag bag;
     for (const char* eye : {"left", "right"}) {
       bag.Add(std::string("/") + eye + "/camera_info", "sensor_msgs/CameraInfo", info.Bytes(0));

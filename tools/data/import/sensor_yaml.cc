@@ -136,7 +136,7 @@ std::optional<NearestRotation> FindNearestRotation(const Eigen::Matrix3d& matrix
   return NearestRotation{Eigen::Quaterniond(R), deviation};
 }
 
-SE3 BodyAtCamera_T_BC() {
+SE3 PoseOfBodyAtCamera() {
   return SE3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), Eigen::Vector3d::Zero());
 }
 

@@ -57,6 +57,6 @@ struct NearestRotation {
 std::optional<NearestRotation> FindNearestRotation(const Eigen::Matrix3d& matrix);
 
 // Body (x forward, y left, z up) whose origin is the optical centre (x right, y down, z forward).
-SE3 BodyAtCamera_T_BC();
+SE3 PoseOfBodyAtCamera();
 
 }  // namespace gw::importer

@@ -70,7 +70,7 @@ TEST(SensorYaml, ReplacesASkewedRotationAndWarns) {
 }
 
 TEST(BodyAtCamera, LooksForwardWithZUp) {
-  const SE3 T_BC = BodyAtCamera_T_BC();
+  const SE3 T_BC = PoseOfBodyAtCamera();
   EXPECT_TRUE((T_BC * Eigen::Vector3d(0, 0, 1)).isApprox(Eigen::Vector3d(1, 0, 0), 1e-12));
   EXPECT_TRUE((T_BC * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(0, -1, 0), 1e-12));
   EXPECT_TRUE((T_BC * Eigen::Vector3d(0, 1, 0)).isApprox(Eigen::Vector3d(0, 0, -1), 1e-12));

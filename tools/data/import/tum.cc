@@ -51,7 +51,7 @@ std::string CameraOfName(std::string name) {
 Result<Done> SetCamera(const TumOptions& options, Recording& recording) {
   CameraCalibration& camera = recording.calibration.camera;
   camera.kind = CameraKind::kRgbd;
-  camera.T_BC = BodyAtCamera_T_BC();
+  camera.T_BC = PoseOfBodyAtCamera();
   camera.depth_unit_m = options.depth_unit_m.value_or(kTumDepthUnit);
   if (options.intrinsics) {
     camera.left = *options.intrinsics;

@@ -19,6 +19,7 @@ double Median(std::vector<double> values) {
 template <typename Facts, typename Member>
 double MedianOf(const std::vector<Facts>& facts, Member member) {
   std::vector<double> values;
+  values.reserve(facts.size());
   for (const Facts& fact : facts) values.push_back(fact.*member);
   return Median(std::move(values));
 }

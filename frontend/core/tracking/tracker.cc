@@ -408,8 +408,10 @@ TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
 const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame& seen) {
   if (!Departs(Departure::kLooksHealthy)) return &seen;
   const bool prevailed = fixed_.Prevails();
-  const bool first = state_ == TrackingState::kStart;
-  fixed_.Observe(utime, seen, first ? std::nullopt : motion_.Step(utime_, utime));
+  std::optional<CameraStep> step;
+  if (state_ != TrackingState::kStart) step = motion_.Step(utime_, utime);
+  if (!step) anchored_.clear();  // dead reckoning may have begun anew, somewhere else
+  fixed_.Observe(utime, seen, step);
   if (!fixed_.any()) return &seen;
   if (fixed_.Prevails() && !prevailed) Rewind();
   of_world_ = fixed_.Without(seen);

@@ -45,7 +45,7 @@ struct OrbConfig {
 // Which of the landmarks that should be in sight are looked for in an image.
 enum class Matching {
   kAll,
-  kGood,    // those that tell most of the pose, up to a budget (docs/method.md, section 5.11)
+  kGood,    // those that tell most of the pose, up to a budget (docs/method.md, section 5.12)
   kRandom,  // as many, drawn at random: what kGood is measured against
 };
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/core/random.h"
+#include "frontend/core/features/test_camera.h"
 
 namespace gw::frontend {
 namespace {
@@ -10,16 +11,7 @@ namespace {
 constexpr DurationUs kPeriod = Milliseconds(33);
 
 RectifiedCamera Camera() {
-  RectifiedCamera c;
-  c.width = 640;
-  c.height = 480;
-  c.fx = c.fy = 385;
-  c.cx = 320;
-  c.cy = 240;
-  c.baseline_m = 0.05;
-  c.depth_min_m = 0.25;
-  c.depth_max_m = 10;
-  return c;
+  return TestCamera(10);
 }
 
 // Row offsets of an image whose right eye is late, of a camera that moves by T_ab in a period. A

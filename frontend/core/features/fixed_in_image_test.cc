@@ -3,21 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "common/core/random.h"
+#include "frontend/core/features/test_camera.h"
 
 namespace gw::frontend {
 namespace {
 
 RectifiedCamera Camera() {
-  RectifiedCamera c;
-  c.width = 640;
-  c.height = 480;
-  c.fx = c.fy = 385;
-  c.cx = 320;
-  c.cy = 240;
-  c.baseline_m = 0.05;
-  c.depth_min_m = 0.25;
-  c.depth_max_m = 10;
-  return c;
+  return TestCamera(10);
 }
 
 // A camera that drives along its axis past `world` points, with `dots` that stay where they are in

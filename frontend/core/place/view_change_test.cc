@@ -3,21 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "common/core/random.h"
+#include "frontend/core/features/test_camera.h"
 
 namespace gw::frontend {
 namespace {
 
 RectifiedCamera Camera() {
-  RectifiedCamera c;
-  c.width = 640;
-  c.height = 480;
-  c.fx = c.fy = 385;
-  c.cx = 320;
-  c.cy = 240;
-  c.baseline_m = 0.05;
-  c.depth_min_m = 0.25;
-  c.depth_max_m = 6;
-  return c;
+  return TestCamera(6);
 }
 
 // A cloud of points before the camera, seen from T_OC: a third of them is found in an image, each

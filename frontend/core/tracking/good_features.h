@@ -1,5 +1,5 @@
 // Which landmarks are worth looking for: those that together tell most of the pose, within a budget
-// of matches (docs/method.md, section 5.11). After Y. Zhao and P. A. Vela, "Good Feature Matching:
+// of matches (docs/method.md, section 5.12). After Y. Zhao and P. A. Vela, "Good Feature Matching:
 // Toward Accurate, Robust VO/VSLAM With Low Latency", IEEE T-RO 36(3), 2020.
 //
 //   choose S, |S| <= budget, that maximises logdet( H_0 + sum over S of J_i' J_i )

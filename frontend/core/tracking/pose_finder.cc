@@ -14,8 +14,7 @@
 namespace gw::frontend {
 namespace {
 
-constexpr int kFewMatches = 20;        // first stage: with fewer inliers the window is doubled
-constexpr double kTrustedShare = 0.4;  // ... also when a smaller share of the matches are inliers
+constexpr int kFewMatches = 20;  // first stage: with fewer inliers the window is doubled
 constexpr int kAttempts = 3;
 constexpr int kLocalKeyframes = 40;
 constexpr int kNearKeyframes = 8;

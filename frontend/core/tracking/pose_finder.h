@@ -66,6 +66,9 @@ struct FoundPose {
 
 class PoseFinder {
  public:
+  // A pose with a smaller share of its matches as inliers may be a wrong one.
+  static constexpr double kTrustedShare = 0.4;
+
   PoseFinder(const FrontendConfig& config, const RectifiedCamera& camera, const Pyramid& pyramid);
 
   // To be called first for every image. seed: of the choice of landmarks.

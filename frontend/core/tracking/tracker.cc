@@ -34,8 +34,6 @@ constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
 // Quality from which a pose may contradict dead reckoning: half of what there is to be seen is.
 constexpr double kSureQuality = 0.5;
-// Fewer of the matches as inliers make a pose that may be a wrong one.
-constexpr double kFewInliers = 0.4;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
@@ -165,7 +163,8 @@ class Tracker::Impl {
 // True when the pose that was found around the prediction of dead reckoning contradicts it, or is
 // none.
 bool Tracker::Impl::Contradicts(const Image& image, const FoundPose& found) const {
-  if (!found.found || found.estimate.num_inliers < kFewInliers * found.num_tracked) return true;
+  if (!found.found || found.estimate.num_inliers < PoseFinder::kTrustedShare * found.num_tracked)
+    return true;
   const SE3 T_WC = VisionAlone(image, found.estimate);
   const Vector6d e = (image.T_WC_predicted.inverse() * T_WC).Log();
   const Matrix6d cov =
@@ -406,7 +405,11 @@ TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
 
 // The image without what is fixed to the camera.
 const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame& seen) {
-  if (!Departs(Departure::kLooksHealthy)) return &seen;
+  // Without dead reckoning there is nothing to hold against what stands still.
+  if (!Departs(Departure::kLooksHealthy) || !DrPredicts(config_.variant) ||
+      motion_.newest_dr() == nullptr) {
+    return &seen;
+  }
   const bool prevailed = fixed_.Prevails();
   std::optional<CameraStep> step;
   if (state_ != TrackingState::kStart) step = motion_.Step(utime_, utime);

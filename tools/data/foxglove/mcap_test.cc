@@ -2,7 +2,6 @@
 // (https://mcap.dev/spec). tools/view/page/test reads them with @mcap/core where npm is there.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 
@@ -49,8 +48,7 @@ std::string WriteExample(const std::string& path, int messages) {
 }
 
 std::string TemporaryPath() {
-  const char* folder = std::getenv("TEST_TMPDIR");
-  return std::string(folder == nullptr ? "." : folder) + "/test.mcap";
+  return testing::TempDir() + "gw_foxglove.mcap";
 }
 
 TEST(Mcap, FooterLeadsToSummaryAndEveryMessageIsIndexed) {

@@ -12,6 +12,10 @@ namespace {
 
 constexpr int kTerms = 4;  // quantisation, white noise, flicker noise, random walk
 constexpr int kRounds = 6;
+// Estimates at neighbouring averaging times share their data, which the fit takes for independent.
+// Of 180 simulated recordings of 10 to 60 minutes the random walk's error was 1.5 times the
+// standard deviation of the fit, that of the white noise 0.9 times.
+constexpr double kShared = 1.5;
 
 using Terms = Eigen::Matrix<double, kTerms, 1>;
 
@@ -120,7 +124,8 @@ NoiseModel FitNoise(const std::vector<AllanPoint>& points) {
     weighted = Weigh(points, model);
   }
   const Terms sigmas = SigmasOf(weighted, model);
-  return {RootOf(model[1], sigmas[1]), RootOf(model[2], sigmas[2]), RootOf(model[3], sigmas[3])};
+  return {RootOf(model[1], sigmas[1]), RootOf(model[2], kShared * sigmas[2]),
+          RootOf(model[3], kShared * sigmas[3])};
 }
 
 }  // namespace gw::calibrate

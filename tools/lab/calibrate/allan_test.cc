@@ -66,10 +66,10 @@ TEST(Allan, AShortStandstillDoesNotTellTheWalk) {
 TEST(Allan, CoarseStepsOfTheReadingAreNotTakenForWhiteNoise) {
   auto rate = Rate(2e-4, 0, 600, 7);
   double sum = 0, rounded_before = 0;
-  // A counter of angle in steps of 1e-4 rad, differenced: quantisation noise.
+  // A counter of angle in steps of 2e-5 rad, differenced: quantisation noise.
   for (double& value : rate) {
     sum += value * kDt;
-    const double rounded = std::round(sum / 1e-4) * 1e-4;
+    const double rounded = std::round(sum / 2e-5) * 2e-5;
     value = (rounded - rounded_before) / kDt;
     rounded_before = rounded;
   }

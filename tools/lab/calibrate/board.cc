@@ -10,6 +10,8 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
+#include "tools/lab/calibrate/tag_corners.h"
+
 namespace gw::calibrate {
 namespace {
 
@@ -20,7 +22,7 @@ constexpr double kLargestMisfit = 0.05;
 
 struct SeenTag {
   int id = 0;
-  std::array<cv::Point2f, 4> corners;  // clockwise, in the order of the detector
+  std::array<Eigen::Vector2d, 4> corners;  // clockwise, in the order of the detector
 };
 
 std::vector<SeenTag> DetectTags(const cv::Mat& grey, int border_bits) {
@@ -28,8 +30,6 @@ std::vector<SeenTag> DetectTags(const cv::Mat& grey, int border_bits) {
       cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
   const cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
   parameters->markerBorderBits = border_bits;
-  // The detector's own quads, not the thresholded contours: squares that touch a tag's corners, as
-  // Kalibr prints them, do not hide it.
   parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_APRILTAG;
   std::vector<int> ids;
   std::vector<std::vector<cv::Point2f>> corners;
@@ -39,31 +39,23 @@ std::vector<SeenTag> DetectTags(const cv::Mat& grey, int border_bits) {
   std::vector<SeenTag> tags;
   for (size_t i = 0; i < ids.size(); ++i) {
     if (seen[ids[i]] > 1) continue;  // a reflection, or two boards
-    tags.push_back({ids[i], {corners[i][0], corners[i][1], corners[i][2], corners[i][3]}});
+    SeenTag tag{ids[i], {}};
+    for (size_t k = 0; k < 4; ++k) tag.corners[k] = {corners[i][k].x, corners[i][k].y};
+    tags.push_back(tag);
   }
   std::sort(tags.begin(), tags.end(),
             [](const SeenTag& a, const SeenTag& b) { return a.id < b.id; });
   return tags;
 }
 
-// A half window that stays clear of the next corner.
-int RefineWindow(const SeenTag& tag) {
-  float shortest = std::numeric_limits<float>::max();
-  for (size_t i = 0; i < 4; ++i) {
-    const cv::Point2f side = tag.corners[(i + 1) % 4] - tag.corners[i];
-    shortest = std::min(shortest, std::hypot(side.x, side.y));
+// Tags whose sides are not to be seen well are left out.
+std::vector<SeenTag> WithSharpCorners(const cv::Mat& grey, const std::vector<SeenTag>& tags) {
+  std::vector<SeenTag> sharp;
+  for (const SeenTag& tag : tags) {
+    const auto corners = CornersOfSquare(grey, tag.corners);
+    if (corners) sharp.push_back({tag.id, *corners});
   }
-  return std::clamp(static_cast<int>(shortest / 12), 2, 6);
-}
-
-void Refine(const cv::Mat& grey, std::vector<SeenTag>& tags) {
-  const cv::TermCriteria until(cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 50, 1e-4);
-  for (SeenTag& tag : tags) {
-    std::vector<cv::Point2f> corners(tag.corners.begin(), tag.corners.end());
-    const int half = RefineWindow(tag);
-    cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, until);
-    std::copy(corners.begin(), corners.end(), tag.corners.begin());
-  }
+  return sharp;
 }
 
 // How tags may be printed: turned by quarters, and with rows numbered upwards or downwards.
@@ -83,8 +75,7 @@ std::vector<BoardCorner> InOrder(const Board& board, const std::vector<SeenTag>&
     for (int k = 0; k < 4; ++k) {
       // Ours run counter-clockwise from the lower left, the detector's clockwise.
       const auto detected = static_cast<size_t>((3 - k + order.quarter) % 4);
-      const cv::Point2f& at = tag.corners[detected];
-      out.push_back({4 * place + k, {at.x, at.y}});
+      out.push_back({4 * place + k, tag.corners[detected]});
     }
   }
   return out;
@@ -162,16 +153,22 @@ std::vector<BoardCorner> BoardFinder::Find(const cv::Mat& grey) {
 }
 
 std::vector<BoardCorner> BoardFinder::FindTags(const cv::Mat& grey) {
+  // Kalibr prints squares that touch the tags' corners and make one black net of them all; white
+  // that grows by a pixel cuts it.
+  cv::Mat cut;
+  cv::dilate(grey, cut, cv::Mat());
   std::vector<SeenTag> tags;
   // AprilRobotics' tags have a border of one bit, those of Kalibr's grids of two.
   for (const int bits : {1, 2}) {
     if (border_bits_ != 0 && bits != border_bits_) continue;
-    auto found = DetectTags(grey, bits);
-    if (found.size() <= tags.size()) continue;
-    tags = std::move(found);
-    if (tags.size() >= 3) border_bits_ = bits;
+    for (const cv::Mat* image : {&grey, static_cast<const cv::Mat*>(&cut)}) {
+      auto found = DetectTags(*image, bits);
+      if (found.size() <= tags.size()) continue;
+      tags = std::move(found);
+      if (tags.size() >= 3) border_bits_ = bits;
+    }
   }
-  Refine(grey, tags);
+  tags = WithSharpCorners(grey, tags);
   std::vector<BoardCorner> best;
   double least = kLargestMisfit;
   for (const bool downwards : {false, true}) {
@@ -195,6 +192,10 @@ std::vector<BoardCorner> BoardFinder::FindSquares(const cv::Mat& grey) const {
           cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_ACCURACY | cv::CALIB_CB_EXHAUSTIVE)) {
     return {};
   }
+  const cv::Point2f side = corners[1] - corners[0];
+  const int half = std::clamp(static_cast<int>(std::hypot(side.x, side.y) / 5), 2, 8);
+  cv::cornerSubPix(grey, corners, {half, half}, {-1, -1},
+                   {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 50, 1e-4});
   // Turned by half a circle the board looks the same: its rows run to the right of the image.
   const cv::Point2f along = corners[static_cast<size_t>(board_.columns - 1)] - corners[0];
   if (along.x < 0) std::reverse(corners.begin(), corners.end());

@@ -113,7 +113,7 @@ TEST(ImuNoise, UnitsAndAxesAreJudged) {
   // An optical frame (z forward, y down) that is stated as the body's.
   const Eigen::Quaterniond optical(0.5, -0.5, 0.5, -0.5);
   const auto turn = [&](ImuSample& s) { s.a_I_m_s2 = optical.conjugate() * s.a_I_m_s2; };
-  EXPECT_THAT(judge(turn, Given()), ElementsAre(HasSubstr("gravity is 9")));
+  EXPECT_THAT(judge(turn, Given()), ElementsAre(HasSubstr("gravity is 89")));
   Calibration stated = Given();
   stated.imu.T_BI = SE3(optical, {0, 0, 0});
   EXPECT_THAT(judge(turn, stated), IsEmpty());

@@ -131,8 +131,9 @@ CellGrid Upright(const CellGrid& in, double resolution, double yaw) {
     for (int x = 0; x < out.width; ++x) {
       Cell& cell = out.cells[static_cast<size_t>(y) * out.width + x];
       for (int k = 0; k < 9; ++k) {
+        const int column = k % 3, row = k / 3;
         const Eigen::Vector2d point =
-            low + Eigen::Vector2d(x + (k % 3 + 0.5) / 3, y + (k / 3 + 0.5) / 3);
+            low + Eigen::Vector2d(x + (column + 0.5) / 3, y + (row + 0.5) / 3);
         const Eigen::Vector2d at = R.transpose() * point;
         const bool inside = at.x() >= 0 && at.y() >= 0 && at.x() < in.width && at.y() < in.height;
         const Cell there =

@@ -22,15 +22,10 @@
 #include "frontend/core/features/feature_frame.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/map/projection_matcher.h"
+#include "frontend/core/map/tracked_points.h"
 #include "frontend/core/tracking/good_features.h"
 
 namespace gw::frontend {
-
-struct TrackedPoint {
-  LandmarkId id;
-  Descriptor descriptor;  // as seen in the last image
-  int level = 0;
-};
 
 // Where to look, and how much the prediction counts.
 struct PosePrediction {

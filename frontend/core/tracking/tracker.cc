@@ -2,8 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <deque>
-#include <map>
 #include <utility>
 
 #include "common/core/clock_watch.h"
@@ -11,10 +9,10 @@
 #include "common/good_weights/edge_covariance.h"
 #include "common/good_weights/quality.h"
 #include "common/good_weights/vision_noise.h"
-#include "frontend/core/features/eye_sync.h"
-#include "frontend/core/features/fixed_in_image.h"
-#include "frontend/core/features/rolling_shutter.h"
+#include "frontend/core/features/image_cleaner.h"
 #include "frontend/core/map/local_map.h"
+#include "frontend/core/map/tracked_points.h"
+#include "frontend/core/motion/anchor_history.h"
 #include "frontend/core/motion/motion_model.h"
 #include "frontend/core/motion/pose_uncertainty.h"
 #include "frontend/core/place/place_confirmation.h"
@@ -37,8 +35,6 @@ constexpr double kSureQuality = 0.5;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
-// The longest that what is fixed to the camera may have been taken for the world.
-constexpr DurationUs kRewindable = Milliseconds(5000);
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
 
@@ -53,9 +49,8 @@ class Tracker::Impl {
         finder_(config, camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         motion_(camera_, config),
-        eyes_(camera_),
+        cleaner_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         view_(camera_),
-        fixed_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         place_(Departs(Departure::kRecovery)),
         chain_(config) {}
 
@@ -90,8 +85,6 @@ class Tracker::Impl {
   bool map_there() const { return map_known_ && !map_.empty(); }
 
   const FeatureFrame* LeaveOutFixed(Utime utime, const FeatureFrame& seen);
-  const FeatureFrame* Corrected(const FeatureFrame& seen, const FeatureFrame* of_world,
-                                const Image& image);
   void Rewind();
   void RememberAnchor();
   TrackerOutput Refuse(TrackerOutput out) const;
@@ -128,18 +121,9 @@ class Tracker::Impl {
   LocalMap map_;
   MotionModel motion_;
   FeatureFrame frame_;
-  FeatureFrame of_world_;   // of the newest image, without what is fixed to the camera
-  FeatureFrame corrected_;  // ... its rolling shutter undone, without depth that is spoilt
-  EyeSync eyes_;
-  bool depth_spoilt_ = false;  // of the newest image: its eyes are not of one instant
+  ImageCleaner cleaner_;
+  AnchorHistory anchors_;
   ViewChange view_;
-  FixedInImage fixed_;
-  // The odometry frame in W, image by image, over the time that it takes to see what is fixed.
-  struct Anchored {
-    Utime utime;
-    SE3 T_WO;
-  };
-  std::deque<Anchored> anchored_;
   bool other_view_ = false;  // the newest image shows nothing of the one before
 
   bool map_known_ = false;   // a snapshot has come
@@ -410,48 +394,22 @@ const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame
       motion_.newest_dr() == nullptr) {
     return &seen;
   }
-  const bool prevailed = fixed_.Prevails();
   std::optional<CameraStep> step;
   if (state_ != TrackingState::kStart) step = motion_.Step(utime_, utime);
-  if (!step) anchored_.clear();  // dead reckoning may have begun anew, somewhere else
-  fixed_.Observe(utime, seen, step);
-  if (!fixed_.any()) return &seen;
-  if (fixed_.Prevails() && !prevailed) Rewind();
-  of_world_ = fixed_.Without(seen);
-  return &of_world_;
-}
-
-// The image as it would have been seen by a global shutter, and without depth where the eyes are
-// not of one instant.
-const FeatureFrame* Tracker::Impl::Corrected(const FeatureFrame& seen, const FeatureFrame* of_world,
-                                             const Image& image) {
-  depth_spoilt_ = false;
-  if (state_ == TrackingState::kStart) return of_world;
-  const DurationUs dt = image.utime - utime_;
-  if (!seen.row_offsets.empty() && Departs(Departure::kLooksHealthy)) {
-    eyes_.Observe(seen, image.T_ab, dt);
-    depth_spoilt_ = eyes_.SpoilsDepth(seen, image.T_ab, dt);
-  }
-  if (camera_.readout_s <= 0 && !depth_spoilt_) return of_world;
-  corrected_ = *of_world;
-  if (camera_.readout_s > 0) {
-    UndoRollingShutter(camera_, camera_.readout_s, image.T_ab.Log().tail<3>() / dt.seconds(),
-                       &corrected_.features);
-  }
-  if (depth_spoilt_) {
-    for (Feature& f : corrected_.features) f.depth = f.u_right = -1;
-  }
-  return &corrected_;
+  if (!step) anchors_.Clear();  // dead reckoning may have begun anew, somewhere else
+  const bool prevailed = cleaner_.fixed_prevails();
+  const FeatureFrame* const of_world = cleaner_.LeaveOutFixed(utime, seen, step);
+  if (cleaner_.fixed_prevails() && !prevailed) Rewind();
+  return of_world;
 }
 
 // Vision was held by what is fixed to the camera: the way since it was first seen is that of dead
 // reckoning.
 void Tracker::Impl::Rewind() {
   const auto T_OC = motion_.OdometryPose(utime_);
-  const auto then = std::find_if(anchored_.begin(), anchored_.end(),
-                                 [this](const Anchored& a) { return a.utime >= fixed_.since(); });
-  if (!T_OC || then == anchored_.end()) return;
-  const SE3 T_WC = then->T_WO * *T_OC;
+  const auto T_WO = anchors_.At(cleaner_.fixed_since());
+  if (!T_OC || !T_WO) return;
+  const SE3 T_WC = *T_WO * *T_OC;
   uncertainty_.Shift((T_WC_.inverse() * T_WC).Log());
   T_WC_ = T_WC;
   motion_.ObserveNothing();
@@ -460,13 +418,11 @@ void Tracker::Impl::Rewind() {
 }
 
 void Tracker::Impl::RememberAnchor() {
-  const auto T_OC = motion_.OdometryPose(utime_);
-  if (!T_OC) {
-    anchored_.clear();
-    return;
+  if (const auto T_OC = motion_.OdometryPose(utime_)) {
+    anchors_.Remember(utime_, T_WC_ * T_OC->inverse());
+  } else {
+    anchors_.Clear();
   }
-  anchored_.push_back({utime_, T_WC_ * T_OC->inverse()});
-  while (utime_ - anchored_.front().utime > kRewindable) anchored_.pop_front();
 }
 
 // Answers an image that is not newer than the one before, and is not used.
@@ -493,7 +449,7 @@ void Tracker::Impl::Restart(Utime utime) {
   confirmed_.reset();
   recovery_.Reset();
   view_ = ViewChange(camera_);
-  anchored_.clear();
+  anchors_.Clear();
   motion_.Restart();
   chain_.Restart(utime);
 }
@@ -548,7 +504,10 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   const FeatureFrame* const of_world = LeaveOutFixed(utime, seen);
   report.num_detected = of_world->num_detected;
   Image image = Predict(utime);
-  image.frame = Corrected(seen, of_world, image);
+  image.frame = state_ == TrackingState::kStart
+                    ? of_world
+                    : cleaner_.Correct(seen, of_world, image.T_ab, image.utime - utime_,
+                                       Departs(Departure::kLooksHealthy));
   report.reason = image_problem;
   if (image_problem == TrackingReason::kNone) {
     report.reason = TrackingReason::kNoMap;
@@ -595,11 +554,12 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   outcome.dr_share = report.dr_share;
   ConsiderPlace(*image, out, &outcome);
   const bool carried = StatusOf(state_, outcome) == TrackingStatus::kTracking;
-  outcome.contradicted = !motion_.dr_trusted() || fixed_.Prevails() || depth_spoilt_;
+  outcome.contradicted =
+      !motion_.dr_trusted() || cleaner_.fixed_prevails() || cleaner_.depth_spoilt();
   report.status = StatusOf(state_, outcome);
   if (outcome.begins_map) report.reason = TrackingReason::kNone;
-  if (depth_spoilt_) report.reason = TrackingReason::kEyesApart;
-  if (fixed_.Prevails()) report.reason = TrackingReason::kFixedInImage;
+  if (cleaner_.depth_spoilt()) report.reason = TrackingReason::kEyesApart;
+  if (cleaner_.fixed_prevails()) report.reason = TrackingReason::kFixedInImage;
   if (report.reason == TrackingReason::kNone && !motion_.dr_trusted()) {
     report.reason = TrackingReason::kDrContradictsVision;
   }
@@ -635,7 +595,7 @@ MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, const
   seen.a = utime_;
   seen.b = image.utime;
   seen.T_ab = T_ab;
-  const bool in_a_row = !VisionBroken() && carried && !depth_spoilt_;
+  const bool in_a_row = !VisionBroken() && carried && !cleaner_.depth_spoilt();
   seen.healthy = in_a_row && report.q >= kHealthyQuality;
   // Enough to see that dead reckoning is far off, which need not wait for full health.
   seen.sure =
@@ -703,20 +663,9 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
     uncertainty_.Shift((T_WC_before.inverse() * T_WC_).Log());
     const SE3 T_correction = T_WC_ * T_WC_before.inverse();
     motion_.MapMoved(T_correction);
-    for (Anchored& a : anchored_) a.T_WO = T_correction * a.T_WO;
+    anchors_.Move(T_correction);
   }
-  if (!update.merged_landmarks.empty()) {
-    std::map<LandmarkId, LandmarkId> merged;
-    for (const LandmarkMerge& m : update.merged_landmarks) merged[m.from] = m.into;
-    for (TrackedPoint& t : tracked_) {
-      // A landmark may be merged more than once; the bound guards against a circle in bad data.
-      for (size_t i = 0; i < merged.size(); ++i) {
-        const auto it = merged.find(t.id);
-        if (it == merged.end()) break;
-        t.id = it->second;
-      }
-    }
-  }
+  FollowMerges(update.merged_landmarks, &tracked_);
   return true;
 }
 

@@ -12,13 +12,15 @@ const FeatureFrame* ImageCleaner::LeaveOutFixed(Utime utime, const FeatureFrame&
   return &of_world_;
 }
 
-const FeatureFrame* ImageCleaner::Correct(const FeatureFrame& seen, const FeatureFrame* of_world,
-                                          const SE3& T_ab, DurationUs dt, bool judges_eyes) {
+void ImageCleaner::JudgeEyes(const FeatureFrame& seen, const SE3& T_ab, DurationUs dt) {
   depth_spoilt_ = false;
-  if (!seen.row_offsets.empty() && judges_eyes) {
-    eyes_.Observe(seen, T_ab, dt);
-    depth_spoilt_ = eyes_.SpoilsDepth(seen, T_ab, dt);
-  }
+  if (seen.row_offsets.empty()) return;
+  eyes_.Observe(seen, T_ab, dt);
+  depth_spoilt_ = eyes_.SpoilsDepth(seen, T_ab, dt);
+}
+
+const FeatureFrame* ImageCleaner::Correct(const FeatureFrame* of_world, const SE3& T_ab,
+                                          DurationUs dt) {
   if (camera_.readout_s <= 0 && !depth_spoilt_) return of_world;
   corrected_ = *of_world;
   if (camera_.readout_s > 0) {

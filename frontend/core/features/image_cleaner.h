@@ -26,17 +26,18 @@ class ImageCleaner {
   const FeatureFrame* LeaveOutFixed(Utime utime, const FeatureFrame& seen,
                                     const std::optional<CameraStep>& step);
 
-  // The image `of_world` that LeaveOutFixed made of `seen`, corrected. T_ab: the camera's motion
-  // over the time `dt` before it, > 0, however known. judges_eyes: whether their synchrony is
-  // judged.
-  const FeatureFrame* Correct(const FeatureFrame& seen, const FeatureFrame* of_world,
-                              const SE3& T_ab, DurationUs dt, bool judges_eyes);
+  // Judges whether the eyes are of one instant. T_ab: the camera's motion over the time `dt` before
+  // the image, > 0, however known.
+  void JudgeEyes(const FeatureFrame& seen, const SE3& T_ab, DurationUs dt);
+
+  // The image that LeaveOutFixed gave, corrected for the motion T_ab; may be tried with others.
+  const FeatureFrame* Correct(const FeatureFrame* of_world, const SE3& T_ab, DurationUs dt);
 
   // A feature of which nothing is known yet is likely to be fixed to the camera.
   bool fixed_prevails() const { return fixed_.Prevails(); }
   // When what is fixed was first seen. Precondition: fixed_prevails().
   Utime fixed_since() const { return fixed_.since(); }
-  // The eyes of the newest image that was corrected are not of one instant.
+  // The eyes of the newest image that was judged are not of one instant.
   bool depth_spoilt() const { return depth_spoilt_; }
 
  private:

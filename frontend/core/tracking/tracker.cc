@@ -69,11 +69,12 @@ class Tracker::Impl {
   // One image on its way to a pose.
   struct Image {
     Utime utime;
-    const FeatureFrame* frame = nullptr;
-    Motion motion;       // since the image before; where hinted, from the hint
-    SE3 T_ab;            // since the image before, in any case
-    SE3 T_WC_before;     // where the motion begins
-    SE3 T_WC_predicted;  // and ends
+    const FeatureFrame* of_world = nullptr;  // without what is fixed to the camera
+    const FeatureFrame* frame = nullptr;     // ... corrected for the motion
+    Motion motion;                           // since the image before; where hinted, from the hint
+    SE3 T_ab;                                // since the image before, in any case
+    SE3 T_WC_before;                         // where the motion begins
+    SE3 T_WC_predicted;                      // and ends
     bool hinted = false;
     FoundPose found;
     bool snapped = false;  // found from a confirmed place, and believed
@@ -91,9 +92,10 @@ class Tracker::Impl {
   void Restart(Utime utime);
   Image Predict(Utime utime);
   void Locate(Image* image);
-  FoundPose Find(const Image& image);
+  FoundPose Find(Image* image);
   bool Contradicts(const Image& image, const FoundPose& found) const;
-  FoundPose FindAlone(const Image& image);
+  std::optional<FoundPose> FindAlone(Image* image, int fewest_inliers);
+  void Show(const SE3& T_ab, Image* image);
   static SE3 VisionAlone(const Image& image, const PoseEstimate& e);
   FoundPose FindAnywhere(Utime utime);
   bool TakePlace(Image* image);
@@ -156,14 +158,24 @@ bool Tracker::Impl::Contradicts(const Image& image, const FoundPose& found) cons
   return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
 }
 
-// At constant velocity, without dead reckoning. Vision that carried the image before and finds no
-// fewer inliers so is not overruled by it.
-FoundPose Tracker::Impl::FindAlone(const Image& image) {
-  const Motion motion = motion_.Coast(utime_, image.utime);
+// Gives the image to the pose finder, corrected for the motion since the image before.
+void Tracker::Impl::Show(const SE3& T_ab, Image* image) {
+  image->frame = cleaner_.Correct(image->of_world, T_ab, image->utime - utime_);
+  finder_.SetImage(image->frame, static_cast<uint64_t>(image->utime.us));
+}
+
+// At constant velocity, without dead reckoning, if so many inliers at least are found. Vision that
+// carried the image before and finds no fewer so is not overruled by dead reckoning.
+std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, int fewest_inliers) {
+  const Motion motion = motion_.Coast(utime_, image->utime);
+  Show(motion.T_ab, image);
   PosePrediction prediction;
   prediction.T_WC = T_WC_ * motion.T_ab;
   prediction.search_cov = prediction.weight_cov = motion.weight_cov;
-  return finder_.Follow(prediction, tracked_, reference_, &map_);
+  FoundPose alone = finder_.Follow(prediction, tracked_, reference_, &map_);
+  if (alone.found && alone.estimate.num_inliers >= fewest_inliers) return alone;
+  Show(image->T_ab, image);
+  return std::nullopt;
 }
 
 // The pose without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
@@ -174,10 +186,10 @@ SE3 Tracker::Impl::VisionAlone(const Image& image, const PoseEstimate& e) {
 }
 
 // Around the prediction.
-FoundPose Tracker::Impl::Find(const Image& image) {
-  const Motion& motion = image.motion;
+FoundPose Tracker::Impl::Find(Image* image) {
+  const Motion& motion = image->motion;
   PosePrediction prediction;
-  prediction.T_WC = image.T_WC_predicted;
+  prediction.T_WC = image->T_WC_predicted;
   prediction.search_cov = motion.weight_cov;
   prediction.has_prior = motion.from_dr;
   prediction.any_matches = !Departs(Departure::kInlierGate);
@@ -194,15 +206,12 @@ FoundPose Tracker::Impl::Find(const Image& image) {
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
   const bool asks = motion.from_dr && !prediction.vision_broken && Departs(Departure::kTrust);
-  if (asks && Contradicts(image, found)) {
-    FoundPose alone = FindAlone(image);
-    if (alone.found && alone.estimate.num_inliers >= Recovery::kConvincingInliers &&
-        alone.estimate.num_inliers >= found.estimate.num_inliers) {
-      return alone;
-    }
+  if (asks && Contradicts(*image, found)) {
+    const int fewest = std::max(Recovery::kConvincingInliers, found.estimate.num_inliers);
+    if (auto alone = FindAlone(image, fewest)) return *alone;
   }
   if (!found.found && !motion.from_dr) {
-    FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image.utime.us), &map_);
+    FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image->utime.us), &map_);
     if (again.found) return again;
   }
   return found;
@@ -257,7 +266,7 @@ void Tracker::Impl::Locate(Image* image) {
   image->snapped = confirmed_ && TakePlace(image);
   confirmed_.reset();
   if (image->snapped) return;
-  image->found = placed() || image->hinted ? Find(*image) : FindAnywhere(image->utime);
+  image->found = placed() || image->hinted ? Find(image) : FindAnywhere(image->utime);
 }
 
 // True when a pose that vision finds after it was broken is to be believed. Call after uncertainty_
@@ -504,10 +513,12 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   const FeatureFrame* const of_world = LeaveOutFixed(utime, seen);
   report.num_detected = of_world->num_detected;
   Image image = Predict(utime);
-  image.frame = state_ == TrackingState::kStart
-                    ? of_world
-                    : cleaner_.Correct(seen, of_world, image.T_ab, image.utime - utime_,
-                                       Departs(Departure::kLooksHealthy));
+  image.frame = image.of_world = of_world;
+  if (state_ != TrackingState::kStart) {
+    if (Departs(Departure::kLooksHealthy))
+      cleaner_.JudgeEyes(seen, image.T_ab, image.utime - utime_);
+    image.frame = cleaner_.Correct(of_world, image.T_ab, image.utime - utime_);
+  }
   report.reason = image_problem;
   if (image_problem == TrackingReason::kNone) {
     report.reason = TrackingReason::kNoMap;

@@ -77,6 +77,7 @@ class Tracker::Impl {
     SE3 T_WC_predicted;                      // and ends
     bool hinted = false;
     FoundPose found;
+    bool agreed = false;   // with dead reckoning, around whose prediction the pose was found
     bool snapped = false;  // found from a confirmed place, and believed
   };
 
@@ -95,6 +96,7 @@ class Tracker::Impl {
   FoundPose Find(Image* image);
   bool Contradicts(const Image& image, const FoundPose& found) const;
   std::optional<FoundPose> FindAlone(Image* image, int fewest_inliers);
+  FoundPose Decide(Image* image, FoundPose found);
   void Show(const SE3& T_ab, Image* image);
   static SE3 VisionAlone(const Image& image, const PoseEstimate& e);
   FoundPose FindAnywhere(Utime utime);
@@ -178,6 +180,26 @@ std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, int fewest_inlie
   return std::nullopt;
 }
 
+// Between dead reckoning that has been sound, the pose `found` around its prediction, which
+// contradicts it, and vision alone. Landmarks decide that were seen to stand still when both
+// witnesses agreed: new ones may be on a person who walks by.
+FoundPose Tracker::Impl::Decide(Image* image, FoundPose found) {
+  const auto founded = [this](const FoundPose& f) {
+    return 2 * NumProven(tracked_, f.landmarks) >= f.estimate.num_inliers;
+  };
+  const int fewest = std::max(Recovery::kConvincingInliers, found.estimate.num_inliers);
+  auto alone = FindAlone(image, fewest);
+  if (alone && founded(*alone)) return *alone;
+  if (alone) Show(image->T_ab, image);
+  const auto proven = std::count_if(tracked_.begin(), tracked_.end(),
+                                    [](const TrackedPoint& t) { return t.proven; });
+  if (found.found && proven >= config_.min_inliers && !founded(found)) {
+    found.found = false;
+    found.reason = TrackingReason::kPoseJump;
+  }
+  return found;
+}
+
 // The pose without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
 SE3 Tracker::Impl::VisionAlone(const Image& image, const PoseEstimate& e) {
   const Eigen::LDLT<Matrix6d> of_vision(e.vision_information);
@@ -206,9 +228,9 @@ FoundPose Tracker::Impl::Find(Image* image) {
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
   const bool asks = motion.from_dr && !prediction.vision_broken && Departs(Departure::kTrust);
-  if (asks && Contradicts(*image, found)) {
-    const int fewest = std::max(Recovery::kConvincingInliers, found.estimate.num_inliers);
-    if (auto alone = FindAlone(image, fewest)) return *alone;
+  if (asks) {
+    image->agreed = !Contradicts(*image, found);
+    if (!image->agreed) return Decide(image, std::move(found));
   }
   if (!found.found && !motion.from_dr) {
     FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image->utime.us), &map_);
@@ -316,12 +338,14 @@ void Tracker::Impl::Accept(const Image& image, FramePose* report, ImageOutcome* 
   uncertainty_.Update(e.vision_information, e.prior_information);
   T_WC_ = e.T_WC;
   reference_ = found.reference;
-  tracked_.clear();
+  std::vector<TrackedPoint> tracked;
   for (size_t i = 0; i < found.landmarks.size(); ++i) {
     if (!found.landmarks[i].valid()) continue;
     const Feature& f = image.frame->features[i];
-    tracked_.push_back({found.landmarks[i], image.frame->descriptors[i], f.level});
+    tracked.push_back({found.landmarks[i], image.frame->descriptors[i], f.level, image.agreed});
   }
+  KeepProven(tracked_, &tracked);
+  tracked_ = std::move(tracked);
   recovery_.Reset();
 }
 

@@ -32,6 +32,10 @@ constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
 // Quality from which a pose may contradict dead reckoning: half of what there is to be seen is.
 constexpr double kSureQuality = 0.5;
+// Of the landmarks that are known to stand still, what a pose of the world finds again: at least
+// PoseFinder::kTrustedShare, and what moves by itself 2 % by chance. Both are as likely at this
+// share: log(0.98 / 0.6) / (log(0.4 / 0.02) + log(0.98 / 0.6)).
+constexpr double kFoundedShare = 0.14;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
@@ -184,16 +188,18 @@ std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, int fewest_inlie
 // contradicts it, and vision alone. Landmarks decide that were seen to stand still when both
 // witnesses agreed: new ones may be on a person who walks by.
 FoundPose Tracker::Impl::Decide(Image* image, FoundPose found) {
-  const auto founded = [this](const FoundPose& f) {
-    return 2 * NumProven(tracked_, f.landmarks) >= f.estimate.num_inliers;
-  };
-  const int fewest = std::max(Recovery::kConvincingInliers, found.estimate.num_inliers);
-  auto alone = FindAlone(image, fewest);
-  if (alone && founded(*alone)) return *alone;
-  if (alone) Show(image->T_ab, image);
   const auto proven = std::count_if(tracked_.begin(), tracked_.end(),
                                     [](const TrackedPoint& t) { return t.proven; });
-  if (found.found && proven >= config_.min_inliers && !founded(found)) {
+  const auto founded = [&](const FoundPose& f) {
+    return proven < config_.min_inliers ||
+           NumProven(tracked_, f.landmarks) >= kFoundedShare * static_cast<double>(proven);
+  };
+  const int fewest = std::max(Recovery::kConvincingInliers, found.estimate.num_inliers);
+  if (auto alone = FindAlone(image, fewest)) {
+    if (founded(*alone)) return *alone;
+    Show(image->T_ab, image);
+  }
+  if (found.found && !founded(found)) {
     found.found = false;
     found.reason = TrackingReason::kPoseJump;
   }

@@ -4,11 +4,11 @@
 
 namespace gw::frontend {
 
-std::optional<SE3> AnchorHistory::At(Utime then) const {
+std::optional<AnchorHistory::Since> AnchorHistory::From(Utime then) const {
   const auto found = std::find_if(anchors_.begin(), anchors_.end(),
                                   [then](const Anchor& a) { return a.utime >= then; });
   if (found == anchors_.end()) return std::nullopt;
-  return found->T_WO;
+  return Since{found->T_WO, static_cast<int>(anchors_.end() - found) - 1};
 }
 
 void AnchorHistory::Remember(Utime utime, const SE3& T_WO) {

@@ -12,8 +12,12 @@ namespace gw::frontend {
 
 class AnchorHistory {
  public:
+  struct Since {
+    SE3 T_WO;
+    int num_images = 0;  // after that one
+  };
   // T_WO as it was at the first image not before `then`; empty where none is known.
-  std::optional<SE3> At(Utime then) const;
+  std::optional<Since> From(Utime then) const;
 
   // After every image; times ascend.
   void Remember(Utime utime, const SE3& T_WO);

@@ -15,28 +15,29 @@ Utime Second(double t) {
 
 TEST(AnchorHistory, GivesTheFirstImageNotBeforeATime) {
   AnchorHistory history;
-  EXPECT_FALSE(history.At(Second(1)));
+  EXPECT_FALSE(history.From(Second(1)));
   history.Remember(Second(1), At(1));
   history.Remember(Second(2), At(2));
-  EXPECT_EQ(history.At(Second(0))->translation().x(), 1);
-  EXPECT_EQ(history.At(Second(1))->translation().x(), 1);
-  EXPECT_EQ(history.At(Second(1.5))->translation().x(), 2);
-  EXPECT_FALSE(history.At(Second(2.5)));
+  EXPECT_EQ(history.From(Second(0))->T_WO.translation().x(), 1);
+  EXPECT_EQ(history.From(Second(1))->T_WO.translation().x(), 1);
+  EXPECT_EQ(history.From(Second(1.5))->T_WO.translation().x(), 2);
+  EXPECT_FALSE(history.From(Second(2.5)));
+  EXPECT_EQ(history.From(Second(0))->num_images, 1);
 }
 
 TEST(AnchorHistory, ForgetsWhatIsLongAgo) {
   AnchorHistory history;
   for (int t = 1; t <= 8; ++t) history.Remember(Second(t), At(t));
-  EXPECT_EQ(history.At(Second(0))->translation().x(), 3);  // five seconds before the newest
+  EXPECT_EQ(history.From(Second(0))->T_WO.translation().x(), 3);  // five seconds before the newest
 }
 
 TEST(AnchorHistory, FollowsTheMap) {
   AnchorHistory history;
   history.Remember(Second(1), At(1));
   history.Move(At(10));
-  EXPECT_EQ(history.At(Second(1))->translation().x(), 11);
+  EXPECT_EQ(history.From(Second(1))->T_WO.translation().x(), 11);
   history.Clear();
-  EXPECT_FALSE(history.At(Second(1)));
+  EXPECT_FALSE(history.From(Second(1)));
 }
 
 }  // namespace

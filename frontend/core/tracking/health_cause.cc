@@ -20,6 +20,10 @@ std::string CauseOf(TrackingStatus status) {
 }  // namespace
 
 std::string HealthCause(const FramePose& frame, const DrConstantFault& fault) {
+  if (frame.status == TrackingStatus::kRecovering && frame.reason == TrackingReason::kPoseJump) {
+    return "what the camera sees does not fit to where dead reckoning is: somebody before the "
+           "camera, slipping wheels, or the robot was carried";
+  }
   const std::string cause = CauseOf(frame.status);
   if (!cause.empty()) return cause;
   if (frame.reason == TrackingReason::kEyesApart) {

@@ -33,6 +33,13 @@ TEST(HealthCause, WhatSpoilsVisionComesBeforeWhatFollowsFromIt) {
   EXPECT_THAT(Cause(TrackingStatus::kLost, TrackingReason::kFixedInImage), HasSubstr("neither"));
 }
 
+TEST(HealthCause, ARecoveringPoseSaysWhatItDoesNotFitTo) {
+  EXPECT_THAT(Cause(TrackingStatus::kRecovering, TrackingReason::kPoseJump),
+              HasSubstr("somebody before the camera"));
+  EXPECT_THAT(Cause(TrackingStatus::kRecovering, TrackingReason::kPlaceUnknown),
+              HasSubstr("drive to where it was made"));
+}
+
 TEST(HealthCause, ADistrustedDeadReckoningIsNamed) {
   EXPECT_THAT(Cause(TrackingStatus::kDegraded, TrackingReason::kDrContradictsVision),
               HasSubstr("check wheel calibration"));

@@ -11,6 +11,7 @@
 #include "common/good_weights/vision_noise.h"
 #include "frontend/core/features/image_cleaner.h"
 #include "frontend/core/map/local_map.h"
+#include "frontend/core/map/standing_landmarks.h"
 #include "frontend/core/map/tracked_points.h"
 #include "frontend/core/motion/anchor_history.h"
 #include "frontend/core/motion/motion_model.h"
@@ -91,7 +92,7 @@ class Tracker::Impl {
   bool map_there() const { return map_known_ && !map_.empty(); }
 
   const FeatureFrame* LeaveOutFixed(Utime utime, const FeatureFrame& seen);
-  void Rewind();
+  void Rewind(Utime since);
   void RememberAnchor();
   TrackerOutput Refuse(TrackerOutput out) const;
   void Restart(Utime utime);
@@ -100,7 +101,7 @@ class Tracker::Impl {
   FoundPose Find(Image* image);
   bool Contradicts(const Image& image, const FoundPose& found) const;
   std::optional<FoundPose> FindAlone(Image* image, int fewest_inliers);
-  FoundPose Decide(Image* image, FoundPose found);
+  FoundPose Decide(const PosePrediction& prediction, Image* image, FoundPose found);
   void Show(const SE3& T_ab, Image* image);
   static SE3 VisionAlone(const Image& image, const PoseEstimate& e);
   FoundPose FindAnywhere(Utime utime);
@@ -143,6 +144,7 @@ class Tracker::Impl {
   PoseUncertainty uncertainty_;  // of T_WC_
   Recovery recovery_;
   std::vector<TrackedPoint> tracked_;
+  StandingLandmarks standing_;
   std::optional<Pose> hint_;
   PlaceConfirmation place_;
   std::optional<PlaceConfirmation::Confirmed> confirmed_;  // to be tracked from at the next image
@@ -158,10 +160,17 @@ bool Tracker::Impl::Contradicts(const Image& image, const FoundPose& found) cons
   if (!found.found || found.estimate.num_inliers < PoseFinder::kTrustedShare * found.num_tracked)
     return true;
   const SE3 T_WC = VisionAlone(image, found.estimate);
-  const Vector6d e = (image.T_WC_predicted.inverse() * T_WC).Log();
-  const Matrix6d cov =
-      image.motion.weight_cov + VisionCovariance(found.estimate.vision_information);
-  return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
+  const auto apart = [&](const SE3& T_WC_dr, const Matrix6d& cov_dr) {
+    const Vector6d e = (T_WC_dr.inverse() * T_WC).Log();
+    const Matrix6d cov = cov_dr + VisionCovariance(found.estimate.vision_information);
+    return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
+  };
+  const Matrix6d& of_image = image.motion.weight_cov;
+  if (apart(image.T_WC_predicted, of_image)) return true;
+  // A little in every image is much in a while: what is white grows with its root.
+  const auto before = anchors_.From(image.utime - StandingLandmarks::kProof);
+  const auto T_OC = motion_.OdometryPose(image.utime);
+  return before && T_OC && apart(before->T_WO * *T_OC, (before->num_images + 1) * of_image);
 }
 
 // Gives the image to the pose finder, corrected for the motion since the image before.
@@ -185,14 +194,16 @@ std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, int fewest_inlie
 }
 
 // Between dead reckoning that has been sound, the pose `found` around its prediction, which
-// contradicts it, and vision alone. Landmarks decide that were seen to stand still when both
-// witnesses agreed: new ones may be on a person who walks by.
-FoundPose Tracker::Impl::Decide(Image* image, FoundPose found) {
-  const auto proven = std::count_if(tracked_.begin(), tracked_.end(),
-                                    [](const TrackedPoint& t) { return t.proven; });
+// contradicts it, and vision alone. Landmarks decide that are known to stand still.
+FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, FoundPose found) {
+  FoundPose by_standing = finder_.FollowStanding(prediction, standing_, reference_, &map_);
+  if (by_standing.found && !Contradicts(*image, by_standing)) return by_standing;
+  const auto standing =
+      std::count_if(tracked_.begin(), tracked_.end(),
+                    [this](const TrackedPoint& t) { return standing_.Knows(t.id); });
   const auto founded = [&](const FoundPose& f) {
-    return proven < config_.min_inliers ||
-           NumProven(tracked_, f.landmarks) >= kFoundedShare * static_cast<double>(proven);
+    return standing < config_.min_inliers ||
+           standing_.Count(f.landmarks) >= kFoundedShare * static_cast<double>(standing);
   };
   const int fewest = std::max(Recovery::kConvincingInliers, found.estimate.num_inliers);
   if (auto alone = FindAlone(image, fewest)) {
@@ -200,6 +211,9 @@ FoundPose Tracker::Impl::Decide(Image* image, FoundPose found) {
     Show(image->T_ab, image);
   }
   if (found.found && !founded(found)) {
+    Rewind(image->utime - StandingLandmarks::kProof);
+    image->T_WC_before = T_WC_;
+    image->T_WC_predicted = T_WC_ * image->motion.T_ab;
     found.found = false;
     found.reason = TrackingReason::kPoseJump;
   }
@@ -236,7 +250,7 @@ FoundPose Tracker::Impl::Find(Image* image) {
   const bool asks = motion.from_dr && !prediction.vision_broken && Departs(Departure::kTrust);
   if (asks) {
     image->agreed = !Contradicts(*image, found);
-    if (!image->agreed) return Decide(image, std::move(found));
+    if (!image->agreed) return Decide(prediction, image, std::move(found));
   }
   if (!found.found && !motion.from_dr) {
     FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image->utime.us), &map_);
@@ -344,14 +358,13 @@ void Tracker::Impl::Accept(const Image& image, FramePose* report, ImageOutcome* 
   uncertainty_.Update(e.vision_information, e.prior_information);
   T_WC_ = e.T_WC;
   reference_ = found.reference;
-  std::vector<TrackedPoint> tracked;
+  tracked_.clear();
   for (size_t i = 0; i < found.landmarks.size(); ++i) {
     if (!found.landmarks[i].valid()) continue;
     const Feature& f = image.frame->features[i];
-    tracked.push_back({found.landmarks[i], image.frame->descriptors[i], f.level, image.agreed});
+    tracked_.push_back({found.landmarks[i], image.frame->descriptors[i], f.level});
   }
-  KeepProven(tracked_, &tracked);
-  tracked_ = std::move(tracked);
+  standing_.Observe(image.utime, image.agreed, found.landmarks);
   recovery_.Reset();
 }
 
@@ -438,17 +451,16 @@ const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame
   if (!step) anchors_.Clear();  // dead reckoning may have begun anew, somewhere else
   const bool prevailed = cleaner_.fixed_prevails();
   const FeatureFrame* const of_world = cleaner_.LeaveOutFixed(utime, seen, step);
-  if (cleaner_.fixed_prevails() && !prevailed) Rewind();
+  if (cleaner_.fixed_prevails() && !prevailed) Rewind(cleaner_.fixed_since());
   return of_world;
 }
 
-// Vision was held by what is fixed to the camera: the way since it was first seen is that of dead
-// reckoning.
-void Tracker::Impl::Rewind() {
+// Vision was held by what is not the world: the way since then is that of dead reckoning.
+void Tracker::Impl::Rewind(Utime since) {
   const auto T_OC = motion_.OdometryPose(utime_);
-  const auto T_WO = anchors_.At(cleaner_.fixed_since());
-  if (!T_OC || !T_WO) return;
-  const SE3 T_WC = *T_WO * *T_OC;
+  const auto then = anchors_.From(since);
+  if (!T_OC || !then) return;
+  const SE3 T_WC = then->T_WO * *T_OC;
   uncertainty_.Shift((T_WC_.inverse() * T_WC).Log());
   T_WC_ = T_WC;
   motion_.ObserveNothing();
@@ -707,6 +719,7 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
     anchors_.Move(T_correction);
   }
   FollowMerges(update.merged_landmarks, &tracked_);
+  standing_.Merge(update.merged_landmarks);
   return true;
 }
 

@@ -1,35 +1,38 @@
 #include "frontend/core/map/standing_landmarks.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace gw::frontend {
+namespace {
 
-template <typename Wanted>
-void StandingLandmarks::Forget(const Wanted& wanted) {
+const double kFor = std::log(0.7 / 0.1), kAgainst = std::log(0.3 / 0.9);
+const double kDecisive = std::log(1000.0);
+
+}  // namespace
+
+void StandingLandmarks::Forget(Utime now) {
   std::vector<int64_t> unwanted;
   known_.ForEach([&](int64_t id, const Known& known) {
-    if (!wanted(known)) unwanted.push_back(id);
+    if (known.seen > now || now - known.seen > kMemory) unwanted.push_back(id);
   });
   for (const int64_t id : unwanted) known_.Erase(id);
 }
 
 void StandingLandmarks::Observe(Utime utime, bool agreed, const std::vector<LandmarkId>& inliers) {
-  // A contradiction puts in doubt what is not proven yet.
-  if (!agreed) Forget([](const Known& known) { return known.proven; });
   if (utime < cleaned_ || utime - cleaned_ > kMemory) {
-    Forget([&](const Known& known) { return known.seen <= utime && utime - known.seen < kMemory; });
+    Forget(utime);
     cleaned_ = utime;
   }
   for (const LandmarkId id : inliers) {
     if (!id.valid()) continue;
-    Known* known = known_.Find(id.value);
-    if (known == nullptr) {
-      if (!agreed) continue;
-      known = known_.Insert(id.value).first;
-      known->since = utime;
-    }
+    const auto [known, is_new] = known_.Insert(id.value);
+    if (is_new) known->since = utime;
     known->seen = utime;
-    known->proven = known->proven || utime - known->since >= kProof;
+    known->evidence =
+        std::clamp(known->evidence + (agreed ? kFor : kAgainst), -kDecisive, kDecisive);
+    known->proven =
+        known->proven || (known->evidence >= kDecisive && utime - known->since >= kProof);
   }
 }
 

@@ -43,6 +43,12 @@ constexpr double kTurnedMeanwhile = 0.3;  // rad
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
 
+// Two estimates of a pose, or covariances far too small: cov is of their difference.
+bool Apart(const SE3& a, const SE3& b, const Matrix6d& cov) {
+  const Vector6d e = (a.inverse() * b).Log();
+  return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
+}
+
 }  // namespace
 
 class Tracker::Impl {
@@ -160,17 +166,14 @@ bool Tracker::Impl::Contradicts(const Image& image, const FoundPose& found) cons
   if (!found.found || found.estimate.num_inliers < PoseFinder::kTrustedShare * found.num_tracked)
     return true;
   const SE3 T_WC = VisionAlone(image, found.estimate);
-  const auto apart = [&](const SE3& T_WC_dr, const Matrix6d& cov_dr) {
-    const Vector6d e = (T_WC_dr.inverse() * T_WC).Log();
-    const Matrix6d cov = cov_dr + VisionCovariance(found.estimate.vision_information);
-    return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
-  };
+  const Matrix6d cov = VisionCovariance(found.estimate.vision_information);
   const Matrix6d& of_image = image.motion.weight_cov;
-  if (apart(image.T_WC_predicted, of_image)) return true;
+  if (Apart(image.T_WC_predicted, T_WC, of_image + cov)) return true;
   // A little in every image is much in a while: what is white grows with its root.
   const auto before = anchors_.From(image.utime - StandingLandmarks::kProof);
   const auto T_OC = motion_.OdometryPose(image.utime);
-  return before && T_OC && apart(before->T_WO * *T_OC, (before->num_images + 1) * of_image);
+  return before && T_OC &&
+         Apart(before->T_WO * *T_OC, T_WC, (before->num_images + 1) * of_image + cov);
 }
 
 // Gives the image to the pose finder, corrected for the motion since the image before.
@@ -197,7 +200,12 @@ std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, int fewest_inlie
 // contradicts it, and vision alone. Landmarks decide that are known to stand still.
 FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, FoundPose found) {
   FoundPose by_standing = finder_.FollowStanding(prediction, standing_, reference_, &map_);
-  if (by_standing.found && !Contradicts(*image, by_standing)) return by_standing;
+  const bool differ =
+      by_standing.found && found.found &&
+      Apart(VisionAlone(*image, found.estimate), VisionAlone(*image, by_standing.estimate),
+            VisionCovariance(found.estimate.vision_information) +
+                VisionCovariance(by_standing.estimate.vision_information));
+  if (differ && !Contradicts(*image, by_standing)) return by_standing;
   const auto standing =
       std::count_if(tracked_.begin(), tracked_.end(),
                     [this](const TrackedPoint& t) { return standing_.Knows(t.id); });

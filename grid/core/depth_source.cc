@@ -25,6 +25,28 @@ Eigen::Vector3f ToFloat(const Eigen::Vector3d& v) {
   return v.cast<float>();
 }
 
+}  // namespace
+
+void RemoveEdges(int width, double focal_px, DepthImage* depth) {
+  constexpr int kReach = 2;  // columns to each side
+  const double steepest = kReach / (focal_px * kNearestPlane);
+  std::vector<float> inverse(static_cast<size_t>(width));
+  for (size_t row = 0; row + static_cast<size_t>(width) <= depth->size();
+       row += static_cast<size_t>(width)) {
+    float* z = depth->data() + row;
+    for (int u = 0; u < width; ++u) inverse[static_cast<size_t>(u)] = z[u] > 0 ? 1 / z[u] : 0;
+    for (int u = 0; u < width; ++u) {
+      for (const int other : {std::max(0, u - kReach), std::min(width - 1, u + kReach)}) {
+        const float here = inverse[static_cast<size_t>(u)];
+        const float there = inverse[static_cast<size_t>(other)];
+        if (here > 0 && there > 0 && std::abs(here - there) > steepest) z[u] = 0;
+      }
+    }
+  }
+}
+
+namespace {
+
 class RgbdDepth : public DepthSource {
  public:
   RgbdDepth(const CameraGeometry& geometry, const GridConfig& config)
@@ -65,6 +87,7 @@ class RgbdDepth : public DepthSource {
         if (z >= camera_.depth_min_m) *out = static_cast<float>(z);
       }
     }
+    RemoveEdges(rays_.width, camera_.left.fx / step_u_, depth);
     return true;
   }
 
@@ -132,6 +155,7 @@ class StereoDepth : public DepthSource {
         }
       }
     }
+    RemoveEdges(rays_.width, camera_.fx / step_u_, depth);
     return true;
   }
 

@@ -4,7 +4,9 @@
 //
 // A stereo match counts when both eyes agree on it (left-right check), when it is clearly better
 // than the next best (uniqueness), when it is not an island, and when the image has structure
-// there. What does not count has no depth: unknown, never far away.
+// there. At the edges of things both kinds of camera measure depths between thing and background;
+// these are steeper than any surface can be whose plane passes the camera at kNearestPlane, and do
+// not count either. What does not count has no depth: unknown, never far away.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,6 +30,13 @@ struct DepthRays {
 
 // m along the optical axis, one a pixel of DepthRays, row by row; 0: not known.
 using DepthImage = std::vector<float>;
+
+// m: nearer to a surface than this the robot, whose middle the camera is near, touches it.
+inline constexpr double kNearestPlane = 0.2;
+
+// Takes away the depths between a thing and its background. focal_px: of the reduced columns.
+// A plane n p = h has 1 / z = n (x, y, 1) / h, which changes by at most 1 / h per unit of x.
+void RemoveEdges(int width, double focal_px, DepthImage* depth);
 
 class DepthSource {
  public:

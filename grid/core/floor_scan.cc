@@ -12,6 +12,7 @@ constexpr int kMaxBearings = 320;  // over the camera's view: a cell of 5 cm at 
 constexpr size_t kLeastSupport = 3;
 // A hole is believed less easily: mirrors in the floor look like it.
 constexpr size_t kLeastHoleSupport = 6;
+constexpr double kBlurredCells = 2;
 constexpr float kRowsWithoutDepth = 3.5f;  // that do not interrupt a seen floor
 constexpr float kNearest = 0.3f;           // m: of rays that look up, what matters at this distance
 
@@ -51,7 +52,10 @@ FloorScanner::FloorScanner(const DepthRays& rays, const GridConfig& config)
     least = std::min(least, bearing);
     most = std::max(most, bearing);
   }
-  const int bins = std::min(kMaxBearings, rays.width);
+  // No bearing may be narrower than the widest column, or it would see nothing.
+  const Eigen::Vector3f& beside = rays.ray[centre + 1];
+  const float column = std::abs(std::atan2(beside.y(), beside.x()) - heading);
+  const int bins = std::clamp(static_cast<int>((most - least) / column), 1, kMaxBearings);
   empty_.origin = rays.origin.head<2>();
   empty_.num_bearings = bins;
   empty_.bearing_step = std::max(1e-6f, (most - least) / static_cast<float>(bins));
@@ -99,15 +103,16 @@ void FloorScanner::ScanBearing(std::span<const Pixel> pixels, const DepthImage& 
     const float z = depth[static_cast<size_t>(pixel.index)];
     if (z <= 0) continue;
     const float range = z * pixel.range_per_depth;
-    if (range > scan->max_range) continue;
     const float height = camera_height_ + z * pixel.height_per_depth;
     const float limit = step + range * tilt;
     const float sigma = sigma_per_m2_ * z * z * pixel.range_per_depth;
-    if (height > top) continue;
-    if (height > limit) {
+    if (height < -limit) {
+      const float edge = -camera_height_ / pixel.slope();  // where the floor should be
+      if (edge <= scan->max_range) holes.push_back({edge, 0});
+    } else if (height > top || range > scan->max_range) {
+      continue;
+    } else if (height > limit) {
       standing.push_back({range, sigma});
-    } else if (height < -limit) {
-      holes.push_back({-camera_height_ / pixel.slope(), sigma});  // where the floor should be
     } else if (pixel.slope() - floor_slope <= kRowsWithoutDepth * row_slope_) {
       scan->free.back().from = std::min(scan->free.back().from, range);
       scan->free.back().to = std::max(scan->free.back().to, range);
@@ -120,6 +125,7 @@ void FloorScanner::ScanBearing(std::span<const Pixel> pixels, const DepthImage& 
   AddHits(&standing, kLeastSupport, scan);
   AddHits(&holes, kLeastHoleSupport, scan);
   CutFree(first_free, first_hit, scan);
+  DropBlurred(first_hit, scan);
 }
 
 void FloorScanner::AddHits(std::vector<Point>* points, size_t least_support,
@@ -141,15 +147,23 @@ void FloorScanner::AddHits(std::vector<Point>* points, size_t least_support,
       const Point& middle = (*points)[begin + count / 2];
       // A standing face is as deep as the noise; what is deeper is seen from above, or slanted.
       if (far - near <= std::max(cell, 3 * middle.sigma)) {
-        scan->hits.push_back({middle.range});
+        scan->hits.push_back({middle.range, middle.sigma});
       } else {
         for (float range = near; range < far + cell / 2; range += cell) {
-          scan->hits.push_back({range});
+          scan->hits.push_back({range, middle.sigma});
         }
       }
     }
     begin = end;
   }
+}
+
+void FloorScanner::DropBlurred(size_t first_hit, FloorScan* scan) const {
+  const auto limit = static_cast<float>(kBlurredCells * config_.cell_m);
+  const auto begin = scan->hits.begin() + static_cast<ptrdiff_t>(first_hit);
+  scan->hits.erase(std::remove_if(begin, scan->hits.end(),
+                                  [limit](const FloorScan::Hit& hit) { return hit.sigma > limit; }),
+                   scan->hits.end());
 }
 
 void FloorScanner::CutFree(size_t first_free, size_t first_hit, FloorScan* scan) const {
@@ -158,7 +172,7 @@ void FloorScanner::CutFree(size_t first_free, size_t first_hit, FloorScan* scan)
   const auto cell = static_cast<float>(config_.cell_m);
   for (size_t i = first_hit; i < scan->hits.size(); ++i) {
     const float range = scan->hits[i].range;
-    const float margin = cell + 2 * sigma_per_m2_ * range * range;
+    const float margin = cell + 2 * scan->hits[i].sigma;
     std::vector<FloorScan::Stretch> cut;
     for (const FloorScan::Stretch& s : left) {
       if (s.from < range - margin) cut.push_back({s.from, std::min(s.to, range - margin)});

@@ -6,7 +6,8 @@
 // free only where it was seen: what is known of the space in front of a wall is not enough, a low
 // thing without texture may stand there. Standing things are seen in many pixels of one bearing;
 // their distance is the median of these, which halves the noise of stereo, and their foot keeps
-// what was seen of the floor from reaching into them.
+// what was seen of the floor from reaching into them. What is so far away that its place is not
+// known to two cells is not put anywhere, but ends what is free.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,6 +25,7 @@ struct FloorScan {
   };
   struct Hit {
     float range = 0;  // m from the camera's foot
+    float sigma = 0;  // m, of one of its pixels
   };
 
   Eigen::Vector2f origin = Eigen::Vector2f::Zero();  // the camera's foot in B, m
@@ -74,6 +76,7 @@ class FloorScanner {
 
   void ScanBearing(std::span<const Pixel> pixels, const DepthImage& depth, FloorScan* scan) const;
   void AddHits(std::vector<Point>* points, size_t least_support, FloorScan* scan) const;
+  void DropBlurred(size_t first_hit, FloorScan* scan) const;
   void CutFree(size_t first_free, size_t first_hit, FloorScan* scan) const;
 
   GridConfig config_;

@@ -10,8 +10,13 @@ namespace gw::grid {
 namespace {
 
 // Sums of two looks that agree: one look alone may be noise.
-constexpr float kOccupiedFrom = 2 * kHit - 0.3f;
-constexpr float kFreeFrom = 2 * kMiss;
+constexpr float kOccupiedFrom = 2 * Cell::kHit - 0.3f;
+constexpr float kFreeFrom = 2 * Cell::kMiss;
+
+// Far looks at a wall put hits behind it, which nothing takes away. A cell is part of the wall only
+// if its hits are this sharp, of the sharpest within kThinning cells; else it is not known.
+constexpr int kThinning = 3;
+constexpr float kLeastSharpness = 0.3f;
 
 // A grid is composed again when a corner of it has moved by this part of a cell.
 constexpr double kMovedCells = 0.25;
@@ -19,10 +24,23 @@ constexpr double kMovedCells = 0.25;
 // A pose is sharp enough when one sigma of it moves what is seen half-way out by at most a cell.
 constexpr double kSharpCells = 1;
 
-CellState StateOf(float log_odds) {
-  return log_odds >= kOccupiedFrom ? CellState::kOccupied
-         : log_odds <= kFreeFrom   ? CellState::kFree
-                                   : CellState::kUnknown;
+bool IsOccupied(const Cell& cell) {
+  return cell.log_odds >= kOccupiedFrom;
+}
+
+// x, y: in the tile; the window reaches kThinning cells beyond it.
+CellState StateOf(const CellWindow& window, int x, int y) {
+  const Cell& cell = window.at(x + kThinning, y + kThinning);
+  if (cell.log_odds <= kFreeFrom) return CellState::kFree;
+  if (!IsOccupied(cell)) return CellState::kUnknown;
+  float sharpest = 0;
+  for (int j = y; j <= y + 2 * kThinning; ++j) {
+    for (int i = x; i <= x + 2 * kThinning; ++i) {
+      const Cell& other = window.at(i, j);
+      if (IsOccupied(other)) sharpest = std::max(sharpest, other.sharpness);
+    }
+  }
+  return cell.sharpness >= kLeastSharpness * sharpest ? CellState::kOccupied : CellState::kUnknown;
 }
 
 }  // namespace
@@ -98,7 +116,7 @@ void GridMap::Place(KeyframeId id, Piece* piece, const Pose2& T_WK) {
 
 // A tile of the piece changed: those of the sum under it have to be composed.
 void GridMap::Touch(KeyframeId id, Piece* piece, Index2 local_tile) {
-  for (const Index2 tile : TilesTouchedBy(local_tile, *piece->T_WL, cell_m_)) {
+  for (const Index2 tile : TilesTouchedBy(local_tile, *piece->T_WL, cell_m_, kThinning)) {
     dirty_.insert(tile);
     if (piece->touched.insert(tile).second) pieces_of_tile_[tile].insert(id);
   }
@@ -151,8 +169,8 @@ bool GridMap::Add(const FramePose& pose, const FloorScan& scan) {
   bool any = false;
   const Pose2 T_LB = piece.grid.T_KL.inverse() * T_KB;
   for (const CellEvidence& e : EvidenceOf(scan, T_LB, cell_m_, footprint_m_)) {
-    piece.grid.cells.Add(e.cell, e.log_odds, kLeastSum, kMostSum);
-    const Index2 tile = TileOf(e.cell);
+    piece.grid.cells.Add(e.index, e.cell);
+    const Index2 tile = TileOf(e.index);
     if (any && tile == last_tile) continue;
     any = true;
     last_tile = tile;
@@ -169,14 +187,19 @@ std::vector<GridTile> GridMap::Compose() {
   ++version_;
   for (const Index2 index : std::exchange(dirty_, {})) {
     ++counters_.tiles_composed;
-    CellTiles::Tile sum{};
+    CellWindow sum({index.x * kTileSide - kThinning, index.y * kTileSide - kThinning},
+                   kTileSide + 2 * kThinning);
     for (const KeyframeId id : pieces_of_tile_[index]) {
       const Piece& piece = pieces_.at(id);
-      AddTo(&sum, index, piece.grid.cells, *piece.T_WL, cell_m_);
+      AddTo(&sum, piece.grid.cells, *piece.T_WL, cell_m_);
     }
     GridTile& tile = tiles_[index];
     GridTile fresh{index.x, index.y, tile.version, {}};
-    std::transform(sum.begin(), sum.end(), fresh.cells.begin(), StateOf);
+    for (int y = 0; y < kTileSide; ++y) {
+      for (int x = 0; x < kTileSide; ++x) {
+        fresh.cells[CellTiles::Offset({x, y})] = StateOf(sum, x, y);
+      }
+    }
     if (tile.version != 0 && fresh.cells == tile.cells) continue;
     fresh.version = version_;
     tile = fresh;

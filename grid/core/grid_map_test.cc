@@ -220,10 +220,10 @@ TEST(ScanEvidence, EveryCellOccursOnceInOrder) {
   const auto evidence = EvidenceOf(scan, Pose2({3, -2}, 2.5), 0.05, 0.18);
   ASSERT_FALSE(evidence.empty());
   for (size_t i = 1; i < evidence.size(); ++i) {
-    EXPECT_TRUE(evidence[i - 1].cell < evidence[i].cell);
+    EXPECT_TRUE(evidence[i - 1].index < evidence[i].index);
   }
   EXPECT_TRUE(std::any_of(evidence.begin(), evidence.end(),
-                          [](const CellEvidence& e) { return e.log_odds > 0; }));
+                          [](const CellEvidence& e) { return e.cell.log_odds > 0; }));
 }
 
 }  // namespace

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grid/core/scan_evidence.h"
-
 namespace gw::grid {
 namespace {
 
@@ -27,10 +25,6 @@ class CellMap {
   Eigen::Vector2d origin_, x_, y_;
 };
 
-float Clamped(float sum) {
-  return std::clamp(sum, kLeastSum, kMostSum);
-}
-
 }  // namespace
 
 LocalGrid BeginLocalGrid(const Pose2& T_WK, double cell_m) {
@@ -42,12 +36,17 @@ LocalGrid BeginLocalGrid(const Pose2& T_WK, double cell_m) {
 void Merge(const CellTiles& from, const Pose2& T_IF, double cell_m, CellTiles* into) {
   std::set<Index2> targets;
   for (const auto& [tile, cells] : from.tiles()) {
-    targets.merge(TilesTouchedBy(tile, T_IF, cell_m));
+    targets.merge(TilesTouchedBy(tile, T_IF, cell_m, 0));
   }
-  for (const Index2 tile : targets) AddTo(&into->Make(tile), tile, from, T_IF, cell_m);
+  for (const Index2 tile : targets) {
+    CellWindow window({tile.x * kTileSide, tile.y * kTileSide}, kTileSide);
+    AddTo(&window, from, T_IF, cell_m);
+    CellTiles::Tile& target = into->Make(tile);
+    for (size_t i = 0; i < target.size(); ++i) target[i].Add(window.cells[i]);
+  }
 }
 
-std::set<Index2> TilesTouchedBy(Index2 tile, const Pose2& T_WL, double cell_m) {
+std::set<Index2> TilesTouchedBy(Index2 tile, const Pose2& T_WL, double cell_m, int margin) {
   const double side = kTileSide * cell_m;
   Eigen::Array2d least = Eigen::Array2d::Constant(1e18), most = -least;
   for (const double dx : {0.0, 1.0}) {
@@ -59,32 +58,29 @@ std::set<Index2> TilesTouchedBy(Index2 tile, const Pose2& T_WL, double cell_m) {
     }
   }
   // Without the neighbours that are touched by rounding alone.
-  constexpr double kRounding = 1e-6;
+  const double inside = 1e-6 - static_cast<double>(margin) / kTileSide;
   std::set<Index2> out;
-  const auto first = [](double p) { return static_cast<int32_t>(std::floor(p + kRounding)); };
-  const auto last = [](double p) { return static_cast<int32_t>(std::ceil(p - kRounding)) - 1; };
+  const auto first = [inside](double p) { return static_cast<int32_t>(std::floor(p + inside)); };
+  const auto last = [inside](double p) { return static_cast<int32_t>(std::ceil(p - inside)) - 1; };
   for (int32_t y = first(least.y()); y <= last(most.y()); ++y) {
     for (int32_t x = first(least.x()); x <= last(most.x()); ++x) out.insert({x, y});
   }
   return out;
 }
 
-void AddTo(CellTiles::Tile* sum, Index2 tile, const CellTiles& cells, const Pose2& T_WL,
-           double cell_m) {
+void AddTo(CellWindow* sum, const CellTiles& cells, const Pose2& T_WL, double cell_m) {
   const CellMap map(T_WL.inverse(), cell_m);
   // Neighbouring cells lie in the same tile nearly always: look it up only when it changes.
   Index2 known{};
   const CellTiles::Tile* source = cells.Find(known);
-  for (int32_t y = 0; y < kTileSide; ++y) {
-    for (int32_t x = 0; x < kTileSide; ++x) {
-      const Index2 cell = map.At(tile.x * kTileSide + x, tile.y * kTileSide + y);
+  for (int y = 0; y < sum->side; ++y) {
+    for (int x = 0; x < sum->side; ++x) {
+      const Index2 cell = map.At(sum->first.x + x, sum->first.y + y);
       if (const Index2 now = TileOf(cell); !(now == known)) {
         known = now;
         source = cells.Find(known);
       }
-      if (source == nullptr) continue;
-      float& value = (*sum)[static_cast<size_t>(y) * kTileSide + static_cast<size_t>(x)];
-      value = Clamped(value + (*source)[CellTiles::Offset(cell)]);
+      if (source != nullptr) sum->at(x, y).Add((*source)[CellTiles::Offset(cell)]);
     }
   }
 }

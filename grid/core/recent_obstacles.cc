@@ -9,7 +9,7 @@ namespace gw::grid {
 namespace {
 
 // Five looks at the floor are enough to forget what was there.
-constexpr float kMostObstacle = 2 * kHit;
+constexpr float kMostObstacle = 2 * Cell::kHit;
 
 }  // namespace
 
@@ -19,10 +19,10 @@ ObstacleView RecentObstacles::Push(Utime utime, const std::optional<SE3>& T_OB,
   epoch_ = T_OB ? std::optional(odometry_epoch) : std::nullopt;
   const Pose2 T_CellsB = T_OB ? Pose2(*T_OB) : Pose2();
   for (const CellEvidence& e : EvidenceOf(scan, T_CellsB, config_.cell_m, footprint_m_)) {
-    const auto known = cells_.find(e.cell);
-    if (known == cells_.end() && e.log_odds < 0) continue;
-    Seen& seen = known != cells_.end() ? known->second : cells_[e.cell];
-    seen = {std::min(kMostObstacle, seen.log_odds + e.log_odds), utime};
+    const auto known = cells_.find(e.index);
+    if (known == cells_.end() && e.cell.log_odds < 0) continue;
+    Seen& seen = known != cells_.end() ? known->second : cells_[e.index];
+    seen = {std::min(kMostObstacle, seen.log_odds + e.cell.log_odds), utime};
   }
   const DurationUs memory = DurationFromSeconds(config_.memory_s);
   const Pose2 T_BCells = T_CellsB.inverse();

@@ -21,7 +21,7 @@ class Window {
     const Index2 last = CellOf(centre + reach, cell_m);
     width_ = last.x - begin_.x + 1;
     height_ = last.y - begin_.y + 1;
-    evidence_.assign(static_cast<size_t>(width_) * static_cast<size_t>(height_), 0.0f);
+    evidence_.assign(static_cast<size_t>(width_) * static_cast<size_t>(height_), Cell{});
   }
 
   int width() const { return width_; }
@@ -30,20 +30,22 @@ class Window {
   Eigen::Vector2d Centre(int x, int y) const {
     return {(begin_.x + x + 0.5) * cell_m_, (begin_.y + y + 0.5) * cell_m_};
   }
-  float& at(int x, int y) {
+  Cell& at(int x, int y) {
     return evidence_[static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x)];
   }
-  void Hit(const Eigen::Vector2d& p) {
-    const Index2 cell = CellOf(p, cell_m_);
-    const int x = cell.x - begin_.x, y = cell.y - begin_.y;
-    if (x >= 0 && y >= 0 && x < width_ && y < height_) at(x, y) = kHit;
+  void Hit(const Eigen::Vector2d& p, float sharpness) {
+    const Index2 index = CellOf(p, cell_m_);
+    const int x = index.x - begin_.x, y = index.y - begin_.y;
+    if (x < 0 || y < 0 || x >= width_ || y >= height_) return;
+    Cell& cell = at(x, y);
+    cell = {Cell::kHit, std::max(cell.sharpness, sharpness)};
   }
 
  private:
   double cell_m_;
   Index2 begin_;
   int width_ = 0, height_ = 0;
-  std::vector<float> evidence_;
+  std::vector<Cell> evidence_;
 };
 
 // Was the floor seen at this range in at least half of the bearings that the cell fills?
@@ -79,12 +81,16 @@ std::vector<CellEvidence> EvidenceOf(const FloorScan& scan, const Pose2& T_LB, d
     const double bearing = scan.bearing(bin);
     const Eigen::Vector2d direction(std::cos(bearing), std::sin(bearing));
     for (const FloorScan::Hit& hit : scan.HitsAt(bin)) {
-      window.Hit(T_LB * (origin + direction * static_cast<double>(hit.range)));
+      // Share of the cell in the variance: 1 for a depth without noise.
+      const double cell_variance = cell_m * cell_m / 4;
+      const double variance = static_cast<double>(hit.sigma) * static_cast<double>(hit.sigma);
+      window.Hit(T_LB * (origin + direction * static_cast<double>(hit.range)),
+                 static_cast<float>(cell_variance / (cell_variance + variance)));
     }
   }
   for (int y = 0; y < window.height(); ++y) {
     for (int x = 0; x < window.width(); ++x) {
-      if (window.at(x, y) != 0) continue;
+      if (window.at(x, y).log_odds != 0) continue;
       const Eigen::Vector2d p_B = T_BL * window.Centre(x, y);
       const Eigen::Vector2d ray = p_B - origin;
       const auto range = static_cast<float>(ray.norm());
@@ -94,13 +100,13 @@ std::vector<CellEvidence> EvidenceOf(const FloorScan& scan, const Pose2& T_LB, d
            !FloorSeen(scan, range, Unwrapped(std::atan2(ray.y(), ray.x()), scan), cell_m))) {
         continue;
       }
-      window.at(x, y) = kMiss;
+      window.at(x, y).log_odds = Cell::kMiss;
     }
   }
   std::vector<CellEvidence> out;
   for (int y = 0; y < window.height(); ++y) {
     for (int x = 0; x < window.width(); ++x) {
-      if (window.at(x, y) == 0) continue;
+      if (window.at(x, y).log_odds == 0) continue;
       out.push_back({{window.begin().x + x, window.begin().y + y}, window.at(x, y)});
     }
   }

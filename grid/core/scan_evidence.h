@@ -9,17 +9,9 @@
 
 namespace gw::grid {
 
-// Log-odds of one look at a cell, and the bounds of their sum: what has been confirmed often still
-// changes its mind after a few looks. Hornung et al., "OctoMap", Autonomous Robots 2013, section
-// 5.1: P(hit) 0.7, P(miss) 0.4, bounds 0.12 and 0.97.
-inline constexpr float kHit = 0.85f;
-inline constexpr float kMiss = -0.4f;
-inline constexpr float kLeastSum = -2.0f;
-inline constexpr float kMostSum = 3.5f;
-
 struct CellEvidence {
-  Index2 cell;
-  float log_odds = 0;
+  Index2 index;
+  Cell cell;
 };
 
 // T_LB: the body in the frame of the grid. footprint_m: radius of the robot; where it stands is

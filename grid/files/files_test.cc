@@ -30,8 +30,9 @@ GridFile SomeGrid() {
     saved.grid.T_KL = Pose2({0.1 * static_cast<double>(id), -2}, 0.3);
     CounterRng rng(1, 2, static_cast<uint64_t>(id));
     for (const Index2 tile : {Index2{-1, 4}, Index2{2, -7}}) {
-      for (float& value : saved.grid.cells.Make(tile)) {
-        value = static_cast<float>(static_cast<int>(rng.Below(150)) - 60) / 32;
+      for (Cell& cell : saved.grid.cells.Make(tile)) {
+        cell.log_odds = static_cast<float>(static_cast<int>(rng.Below(150)) - 60) / 32;
+        cell.sharpness = static_cast<float>(rng.Below(250)) / 25;
       }
     }
   }

@@ -13,7 +13,8 @@
 namespace gw::grid {
 namespace {
 
-constexpr float kSteps = 32;  // of the log-odds, per 1
+constexpr float kSteps = 32;           // of the log-odds, per 1
+constexpr float kSharpnessSteps = 25;  // likewise
 
 class Writer {
  public:
@@ -68,7 +69,10 @@ void ReadTile(Reader* in, CellTiles* cells) {
   const auto x = in->Get<int32_t>();
   const auto y = in->Get<int32_t>();
   CellTiles::Tile tile;
-  for (float& value : tile) value = static_cast<float>(in->Get<int8_t>()) / kSteps;
+  for (Cell& cell : tile) {
+    cell.log_odds = static_cast<float>(in->Get<int8_t>()) / kSteps;
+    cell.sharpness = static_cast<float>(in->Get<uint8_t>()) / kSharpnessSteps;
+  }
   // Farther away than anyone drives, and far from where indices overflow.
   constexpr int32_t kFar = 1 << 20;
   if (in->ok() && std::abs(x) < kFar && std::abs(y) < kFar) cells->Make({x, y}) = tile;
@@ -110,7 +114,10 @@ std::vector<uint8_t> EncodeGrid(const GridFile& grid) {
     for (const auto& [index, tile] : saved.grid.cells.tiles()) {
       content.Put(index.x);
       content.Put(index.y);
-      for (const float value : tile) content.Put(static_cast<int8_t>(std::lround(value * kSteps)));
+      for (const Cell& cell : tile) {
+        content.Put(static_cast<int8_t>(std::lround(cell.log_odds * kSteps)));
+        content.Put(static_cast<uint8_t>(std::lround(cell.sharpness * kSharpnessSteps)));
+      }
     }
   }
   uLongf size = compressBound(content.bytes.size());

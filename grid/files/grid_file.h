@@ -3,7 +3,8 @@
 // Little-endian: kGridMagic, uint32 length of the content, uint32 crc32 of the compressed content,
 // the content compressed by zlib. Content: float64 cell_m, uint32 number of grids; for each int64
 // keyframe, int64 utime of its image (us), float64 x, y, yaw of T_KL, uint32 number of tiles; for
-// each int32 x, y and 1024 int8, log-odds in steps of 1/32.
+// each int32 x, y and 1024 times int8, log-odds in steps of 1/32, and uint8, sharpness in steps of
+// 1/25.
 #pragma once
 
 #include <cstdint>

@@ -195,7 +195,7 @@ TEST_F(MapToolTest, ExportsTheFloorMapThatIsSavedBesideTheMap) {
   const auto& [id, keyframe] = *loaded->map.keyframes().begin();
   const SE3 T_WB = keyframe.frame.T_WC * loaded->sessions[0].T_BC.inverse();
   grid::GridFile file{0.05, {{id, keyframe.frame.utime, {}}}};
-  file.grids[0].grid.cells.Add({20, 0}, 3, -2, 3.5f);  // 1.025 m ahead of the keyframe
+  file.grids[0].grid.cells.Add({20, 0}, {3, 1});  // 1.025 m ahead of the keyframe
   ASSERT_TRUE(grid::SaveGrid(Path("map"), file).ok());
   const grid::FloorImage image = FloorOf(*loaded, file);
   const auto occupied = std::find(image.cells.begin(), image.cells.end(), CellState::kOccupied);

@@ -107,8 +107,9 @@ void FloorScanner::ScanBearing(std::span<const Pixel> pixels, const DepthImage& 
     const float limit = step + range * tilt;
     const float sigma = sigma_per_m2_ * z * z * pixel.range_per_depth;
     if (height < -limit) {
-      const float edge = -camera_height_ / pixel.slope();  // where the floor should be
-      if (edge <= scan->max_range) holes.push_back({edge, 0});
+      const float edge = -camera_height_ / pixel.slope();               // where the floor should be
+      const float spacing = edge * edge * row_slope_ / camera_height_;  // of rows on the floor
+      if (edge <= scan->max_range) holes.push_back({edge, 0.6f * spacing});
     } else if (height > top || range > scan->max_range) {
       continue;
     } else if (height > limit) {

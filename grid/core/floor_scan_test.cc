@@ -56,8 +56,8 @@ TEST_F(FloorScanTest, TheFloorIsFreeUpToAWall) {
 TEST_F(FloorScanTest, ABearingPointsWhereTheCameraLooks) {
   const FloorScan scan = Scan({{{{2, 0.3, 0}, {3, kFar, 2}}}, {}});  // to the left
   for (int bin = 0; bin < scan.num_bearings; ++bin) {
-    const bool left = std::tan(scan.bearing(bin)) * 1.9 > 0.31;
-    const bool right = std::tan(scan.bearing(bin)) * 1.9 < 0.29;
+    const bool left = std::tan(scan.bearing(bin)) * 1.9 > 0.33;
+    const bool right = std::tan(scan.bearing(bin)) * 2.9 < 0.27;
     if (left || right) {
       EXPECT_EQ(scan.HitsAt(bin).empty(), right) << bin;
     }

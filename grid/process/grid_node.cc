@@ -190,6 +190,7 @@ void GridNode::PublishGrid(process::Shell& shell) {
   }
   next_repeat_ = next == all.end() ? Index2{INT32_MIN, INT32_MIN} : next->first;
   std::vector<GridTile> tiles;
+  tiles.reserve(send.size());
   for (auto& [index, tile] : send) tiles.push_back(tile);
   PublishTiles(std::move(tiles), shell);
 }

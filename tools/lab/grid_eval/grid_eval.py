@@ -10,7 +10,7 @@ squares, as for APE.
 
 Counted are occupied cells. One of the map is right when the plan has one within a cell (the eight neighbours), and one
 of the plan is found when the map has one within a cell. Of the plan only what the camera saw counts: cells that stop a
-ray cast through the plan, from where the camera truly was, within its view and grid.max_range_m, in at least
+ray cast through the plan, from where the camera truly was, within its view and the range of gw-grid, in at least
 MIN_LOOKS of the poses LOOK_S apart. IoU = right / (right + wrong + missed). A free cell is inside a wall when the plan
 has a wall there and nothing free within a cell.
 """
@@ -135,7 +135,12 @@ def camera_of(config):
     view = numpy.arctan(camera["width"] / 2 / camera["left"]["fx"])
     w, x, y, z = camera["T_BC"]["q_wxyz"]
     forward = numpy.array([2 * (x * z + w * y), 2 * (y * z - w * x)])  # the optical axis in B
-    reach = robot.get("grid", {}).get("max_range_m", 4.0)
+    grid = robot.get("grid", {})
+    # Where the depth is known to two cells: farther away nothing is put into the map (grid/core/floor_scan.h).
+    baseline = camera["T_C0C1"]["p"][0] if camera["kind"] == "stereo" else camera.get("depth_baseline_m", 0.08)
+    sharp = numpy.sqrt(2 * grid.get("cell_m", 0.05) * camera["left"]["fx"] * baseline
+                       / grid.get("disparity_sigma_px", 0.2))
+    reach = min(grid.get("max_range_m", 4.0), sharp)
     return numpy.array(camera["T_BC"]["p"][:2]), numpy.arctan2(forward[1], forward[0]), view, reach
 
 

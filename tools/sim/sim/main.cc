@@ -88,7 +88,8 @@ Result<Done> WritePlan(const Simulation& sim, const floorplan::FloorMap& map,
                        const std::string& directory) {
   const GridConfig& grid = sim.robot_config().grid;
   return grid::WriteMapServer(
-      directory, StandingPlan(sim.world(), map, grid.step_m, grid.robot_height_m, grid.cell_m));
+      directory, StandingPlan(sim.world(), map, sim.T_GB().translation().head<2>(), grid.step_m,
+                              grid.robot_height_m, grid.cell_m));
 }
 
 class Progress {

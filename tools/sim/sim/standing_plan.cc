@@ -1,11 +1,34 @@
 #include "tools/sim/sim/standing_plan.h"
 
 #include <cmath>
+#include <vector>
 
 namespace gw::sim {
+namespace {
 
-grid::FloorImage StandingPlan(const World& world, const floorplan::FloorMap& map, double from_m,
-                              double to_m, double cell_m) {
+// Makes free what can be reached from a cell over unknown ones.
+void Flood(int x, int y, grid::FloorImage* plan) {
+  std::vector<Eigen::Vector2i> open = {{x, y}};
+  while (!open.empty()) {
+    const Eigen::Vector2i at = open.back();
+    open.pop_back();
+    if (at.x() < 0 || at.y() < 0 || at.x() >= plan->width || at.y() >= plan->height) continue;
+    CellState& state = plan->cells[static_cast<size_t>(at.y()) * static_cast<size_t>(plan->width) +
+                                   static_cast<size_t>(at.x())];
+    if (state != CellState::kUnknown) continue;
+    state = CellState::kFree;
+    for (const auto& step : {Eigen::Vector2i(1, 0), Eigen::Vector2i(-1, 0), Eigen::Vector2i(0, 1),
+                             Eigen::Vector2i(0, -1)}) {
+      open.push_back(at + step);
+    }
+  }
+}
+
+}  // namespace
+
+grid::FloorImage StandingPlan(const World& world, const floorplan::FloorMap& map,
+                              const Eigen::Vector2d& inside, double from_m, double to_m,
+                              double cell_m) {
   grid::FloorImage plan;
   plan.cell_m = cell_m;
   const auto cell_of = [cell_m](double p) { return static_cast<int32_t>(std::floor(p / cell_m)); };
@@ -13,14 +36,8 @@ grid::FloorImage StandingPlan(const World& world, const floorplan::FloorMap& map
   plan.first_y = cell_of(map.origin.y());
   plan.width = cell_of(map.origin.x() + map.width * map.resolution) - plan.first_x + 1;
   plan.height = cell_of(map.origin.y() + map.height * map.resolution) - plan.first_y + 1;
-  for (int y = 0; y < plan.height; ++y) {
-    for (int x = 0; x < plan.width; ++x) {
-      const Eigen::Vector2i cell =
-          map.CellOf(cell_m * Eigen::Vector2d(plan.first_x + x + 0.5, plan.first_y + y + 0.5));
-      plan.cells.push_back(map.Occupied(cell.x(), cell.y()) ? CellState::kUnknown
-                                                            : CellState::kFree);
-    }
-  }
+  plan.cells.assign(static_cast<size_t>(plan.width) * static_cast<size_t>(plan.height),
+                    CellState::kUnknown);
   for (const Surface& surface : world.surfaces()) {
     const bool upright = std::abs(surface.v.z()) > 0.5;
     const double top = surface.origin.z();
@@ -34,6 +51,7 @@ grid::FloorImage StandingPlan(const World& world, const floorplan::FloorMap& map
                  static_cast<size_t>(x)] = CellState::kOccupied;
     }
   }
+  Flood(cell_of(inside.x()) - plan.first_x, cell_of(inside.y()) - plan.first_y, &plan);
   return plan;
 }
 

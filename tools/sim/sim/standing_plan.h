@@ -9,9 +9,11 @@
 
 namespace gw::sim {
 
-// Occupied: cells that an upright surface crosses between the two heights (m). Unknown: other cells
-// inside walls of `map`. The rest is free.
-grid::FloorImage StandingPlan(const World& world, const floorplan::FloorMap& map, double from_m,
-                              double to_m, double cell_m);
+// Occupied: cells that an upright surface crosses between the two heights (m). Free: what can be
+// reached from `inside` without crossing one. The rest, the inside of walls and furniture, is
+// unknown. map: whose rectangle the plan has.
+grid::FloorImage StandingPlan(const World& world, const floorplan::FloorMap& map,
+                              const Eigen::Vector2d& inside, double from_m, double to_m,
+                              double cell_m);
 
 }  // namespace gw::sim

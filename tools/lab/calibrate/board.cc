@@ -25,15 +25,23 @@ struct SeenTag {
   std::array<Eigen::Vector2d, 4> corners;  // clockwise, in the order of the detector
 };
 
-std::vector<SeenTag> DetectTags(const cv::Mat& grey, int border_bits) {
-  static const cv::Ptr<cv::aruco::Dictionary> kFamily =
+// Kalibr prints squares that touch the tags' corners and make one black net of them all: pixels
+// count as black that are darker than their surroundings by this, of 255. A low value finds tags in
+// dim images, a high one cuts the net where blur has made it grey.
+constexpr std::array kDarker = {20, 7};
+// Images below this width are enlarged, so that the thin parts of small tags have some pixels.
+constexpr int kWideEnough = 1000;
+
+std::vector<SeenTag> DetectTags(const cv::Mat& grey, int border_bits, int darker) {
+  const cv::Ptr<cv::aruco::Dictionary> family =
       cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11);
   const cv::Ptr<cv::aruco::DetectorParameters> parameters = cv::aruco::DetectorParameters::create();
   parameters->markerBorderBits = border_bits;
-  parameters->cornerRefinementMethod = cv::aruco::CORNER_REFINE_APRILTAG;
+  parameters->adaptiveThreshConstant = darker;
+  parameters->adaptiveThreshWinSizeMax = 43;
   std::vector<int> ids;
   std::vector<std::vector<cv::Point2f>> corners;
-  cv::aruco::detectMarkers(grey, kFamily, corners, ids, parameters);
+  cv::aruco::detectMarkers(grey, family, corners, ids, parameters);
   std::map<int, int> seen;
   for (const int id : ids) ++seen[id];
   std::vector<SeenTag> tags;
@@ -153,20 +161,23 @@ std::vector<BoardCorner> BoardFinder::Find(const cv::Mat& grey) {
 }
 
 std::vector<BoardCorner> BoardFinder::FindTags(const cv::Mat& grey) {
-  // Kalibr prints squares that touch the tags' corners and make one black net of them all; white
-  // that grows by a pixel cuts it.
-  cv::Mat cut;
-  cv::dilate(grey, cut, cv::Mat());
+  const int scale = grey.cols < kWideEnough ? 2 : 1;
+  cv::Mat large = grey;
+  if (scale > 1) cv::resize(grey, large, {}, scale, scale, cv::INTER_CUBIC);
   std::vector<SeenTag> tags;
   // AprilRobotics' tags have a border of one bit, those of Kalibr's grids of two.
   for (const int bits : {1, 2}) {
     if (border_bits_ != 0 && bits != border_bits_) continue;
-    for (const cv::Mat* image : {&grey, static_cast<const cv::Mat*>(&cut)}) {
-      auto found = DetectTags(*image, bits);
+    for (const int darker : kDarker) {
+      auto found = DetectTags(large, bits, darker);
       if (found.size() <= tags.size()) continue;
       tags = std::move(found);
       if (tags.size() >= 3) border_bits_ = bits;
     }
+  }
+  for (SeenTag& tag : tags) {
+    // Pixel centres are at whole numbers.
+    for (Eigen::Vector2d& p : tag.corners) p = (p.array() + 0.5) / scale - 0.5;
   }
   tags = WithSharpCorners(grey, tags);
   std::vector<BoardCorner> best;

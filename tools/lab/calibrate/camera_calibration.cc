@@ -11,6 +11,7 @@
 #include <set>
 
 #include "tools/data/files/format.h"
+#include "tools/lab/calibrate/tag_corners.h"
 
 namespace gw::calibrate {
 namespace {
@@ -22,6 +23,11 @@ constexpr double kDegrees = 180 / M_PI;
 constexpr int kCellsX = 8, kCellsY = 6;
 // A view whose corners are off by this many times the median view's was moved, or is no board.
 constexpr double kOddView = 4;
+// What is printed on both sides of a tag's thin border shifts its sides by some hundredths of a
+// pixel, all corners of a tag alike, which the scatter of the corners does not show. Standard
+// deviation of the focal length's relative error over 24 rendered calibrations with other poses
+// than those of the tests (both lens models, both borders, tags of 20 to 40 px).
+constexpr double kTagFocalError = 6e-4;
 
 using Pose = std::array<double, 6>;  // rotation vector, translation: p_C = R p_board + t
 
@@ -308,6 +314,48 @@ bool LeaveOutOddViews(const Board& board, LensModel model, State* state,
   return any;
 }
 
+// Takes what bending by the lens did to the corners of tags out of the corners of one eye; `seen`
+// are the corners as they were found.
+void TakeOutBending(const Board& board, LensModel model, const Lens& lens, const SE3& T_CBoard,
+                    const std::vector<BoardCorner>& seen, std::vector<BoardCorner>* corrected) {
+  const auto project = [&](const Eigen::Vector2d& on_board) -> std::optional<Eigen::Vector2d> {
+    const Eigen::Vector3d p = T_CBoard * Eigen::Vector3d(on_board.x(), on_board.y(), 0);
+    Eigen::Vector2d pixel;
+    if (!ProjectThroughLens(model, lens.data(), p.data(), pixel.data())) return std::nullopt;
+    return pixel;
+  };
+  for (size_t i = 0; i < seen.size(); ++i) {
+    const int tag = seen[i].index / 4, k = seen[i].index % 4;
+    const Eigen::Vector2d corner = board.CornerAt(seen[i].index);
+    const auto here = project(corner);
+    std::vector<BentSide> sides;
+    for (const int neighbour : {(k + 1) % 4, (k + 3) % 4}) {
+      const Eigen::Vector2d other = board.CornerAt(4 * tag + neighbour);
+      const auto middle = project((corner + other) / 2), there = project(other);
+      if (here && middle && there) sides.push_back({*here, *middle, *there});
+    }
+    if (sides.size() < 2) continue;
+    (*corrected)[i].pixel = seen[i].pixel - OffsetByBending(sides[0], sides[1]);
+  }
+}
+
+// Solves with the corners of tags where they are, not where straight sides would meet. The second
+// round changes the first one's correction by its error in percent.
+void SolveWithoutBending(const Board& board, LensModel model, State* state,
+                         std::vector<BoardView>* views) {
+  const std::vector<BoardView> seen = *views;
+  for (int round = 0; round < 2; ++round) {
+    for (size_t v = 0; v < seen.size(); ++v) {
+      const SE3 T_C0Board = ToSE3(state->boards[v]);
+      BoardView& view = (*views)[v];
+      TakeOutBending(board, model, state->left, T_C0Board, seen[v].left, &view.left);
+      TakeOutBending(board, model, state->right, ToSE3(state->eyes) * T_C0Board, seen[v].right,
+                     &view.right);
+    }
+    Adjustment(board, model, *views, state).Solve();
+  }
+}
+
 double Coverage(const std::vector<BoardView>& views, std::vector<BoardCorner> BoardView::*eye,
                 int width, int height) {
   std::set<int> cells;
@@ -333,6 +381,12 @@ LensEstimate EstimateOf(const Lens& lens, const Eigen::MatrixXd& covariance, Eig
   }
   out.rms_px = std::sqrt(squares / static_cast<double>(std::max<size_t>(1, corners)));
   return out;
+}
+
+void AddFocalErrorOfTags(LensEstimate* eye) {
+  for (const size_t i : {0UL, 1UL}) {
+    eye->sigmas[i] = std::hypot(eye->sigmas[i], kTagFocalError * eye->values[i]);
+  }
 }
 
 void FillEstimate(const Board& board, const State& state, const std::vector<BoardView>& views,
@@ -393,6 +447,7 @@ Result<CameraEstimate> CalibrateCamera(const Board& board, LensModel model, int 
     if (!LeaveOutOddViews(board, model, &state, &views, &out.left_out)) break;
     if (std::ssize(views) < kFewestViews) return few(views.size(), "images that fit each other");
   }
+  if (board.kind == Board::Kind::kAprilTags) SolveWithoutBending(board, model, &state, &views);
   Adjustment adjustment(board, model, views, &state);
   adjustment.Solve();
   const std::optional<Eigen::MatrixXd> covariance = adjustment.Covariance();
@@ -405,6 +460,10 @@ Result<CameraEstimate> CalibrateCamera(const Board& board, LensModel model, int 
                  "sides, near and far"};
   }
   FillEstimate(board, state, views, *covariance, &out);
+  if (board.kind == Board::Kind::kAprilTags) {
+    AddFocalErrorOfTags(&out.left);
+    if (out.right) AddFocalErrorOfTags(&*out.right);
+  }
   return out;
 }
 

@@ -15,4 +15,14 @@ namespace gw::calibrate {
 std::optional<std::array<Eigen::Vector2d, 4>> CornersOfSquare(
     const cv::Mat& grey, const std::array<Eigen::Vector2d, 4>& corners);
 
+// Three places of a side of a square, as a lens shows them (px).
+struct BentSide {
+  Eigen::Vector2d corner, middle, other;
+};
+
+// How far CornersOfSquare is off at the corner that two sides share, because a lens bends the sides
+// that it takes for straight (px): by its line instead of a curve of second order. Zero where the
+// sides are parallel.
+Eigen::Vector2d OffsetByBending(const BentSide& a, const BentSide& b);
+
 }  // namespace gw::calibrate

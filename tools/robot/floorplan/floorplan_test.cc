@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "grid/files/map_server.h"
 #include "tools/robot/floorplan/contours.h"
 #include "tools/robot/floorplan/floor_map.h"
 #include "tools/robot/floorplan/planner.h"
@@ -46,6 +47,28 @@ TEST_F(FloorMapFile, TheFirstRowOfTheImageIsTheTopOfTheMap) {
   EXPECT_TRUE(map->Occupied(2, 0));
   EXPECT_FALSE(map->Occupied(2, 1)) << "unknown counts as free";
   EXPECT_EQ(map->CellOf({-0.9, 2.6}), Eigen::Vector2i(0, 1));
+}
+
+// What gw-grid saves is what gw-navigate drives on.
+TEST_F(FloorMapFile, TheFloorMapOfTheGridIsReadBackCellByCell) {
+  grid::FloorImage image{0.05, -7, 3, 5, 4, {}};
+  for (int i = 0; i < image.width * image.height; ++i) {
+    image.cells.push_back(i % 3 == 0   ? CellState::kOccupied
+                          : i % 7 == 1 ? CellState::kUnknown
+                                       : CellState::kFree);
+  }
+  ASSERT_TRUE(grid::WriteMapServer(folder_.string(), image).ok());
+  const auto map = LoadFloorMap((folder_ / "map.yaml").string());
+  ASSERT_TRUE(map.ok()) << map.error().message;
+  ASSERT_EQ(map->width, image.width);
+  ASSERT_EQ(map->height, image.height);
+  EXPECT_EQ(map->resolution, image.cell_m);
+  EXPECT_EQ(map->origin, image.cell_m * Eigen::Vector2d(image.first_x, image.first_y));
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      EXPECT_EQ(map->Occupied(x, y), image.at(x, y) == CellState::kOccupied) << x << ", " << y;
+    }
+  }
 }
 
 TEST_F(FloorMapFile, BadFilesAreErrorsThatNameThem) {

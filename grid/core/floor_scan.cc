@@ -123,6 +123,7 @@ void FloorScanner::ScanBearing(std::span<const Pixel> pixels, const DepthImage& 
       floor_slope = pixel.slope();
     }
   }
+  TrimFree(first_free, scan);
   AddHits(&standing, kLeastSupport, scan);
   AddHits(&holes, kLeastHoleSupport, scan);
   CutFree(first_free, first_hit, scan);
@@ -157,6 +158,16 @@ void FloorScanner::AddHits(std::vector<Point>* points, size_t least_support,
     }
     begin = end;
   }
+}
+
+void FloorScanner::TrimFree(size_t first_free, FloorScan* scan) const {
+  const auto begin = scan->free.begin() + static_cast<ptrdiff_t>(first_free);
+  for (auto it = begin; it != scan->free.end(); ++it) {
+    it->to -= 2 * sigma_per_m2_ * it->to * it->to;
+  }
+  scan->free.erase(std::remove_if(begin, scan->free.end(),
+                                  [](const FloorScan::Stretch& s) { return s.to < s.from; }),
+                   scan->free.end());
 }
 
 void FloorScanner::DropBlurred(size_t first_hit, FloorScan* scan) const {

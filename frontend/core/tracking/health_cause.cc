@@ -24,7 +24,7 @@ std::string HealthCause(const FramePose& frame, const DrConstantFault& fault) {
     return "what the camera sees does not fit to where dead reckoning is: somebody before the "
            "camera, slipping wheels, or the robot was carried";
   }
-  const std::string cause = CauseOf(frame.status);
+  std::string cause = CauseOf(frame.status);
   if (!cause.empty()) return cause;
   if (frame.reason == TrackingReason::kEyesApart) {
     return "left and right image are not of one instant, depth is not used: check the camera's "

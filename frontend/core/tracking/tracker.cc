@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/core/clock_watch.h"
@@ -33,10 +34,11 @@ constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
 // Quality from which a pose may contradict dead reckoning: half of what there is to be seen is.
 constexpr double kSureQuality = 0.5;
-// Of the landmarks that are known to stand still, what a pose of the world finds again: at least
-// PoseFinder::kTrustedShare, and what moves by itself 2 % by chance. Both are as likely at this
-// share: log(0.98 / 0.6) / (log(0.4 / 0.02) + log(0.98 / 0.6)).
-constexpr double kFoundedShare = 0.14;
+// A pose of the world finds a landmark again that is known to stand still with a probability of at
+// least PoseFinder::kTrustedShare; one that moves with something else by chance.
+constexpr double kFoundByChance = 0.02;
+// Odds against a pose from which it is not believed.
+constexpr double kUnbelievable = 20;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
@@ -210,8 +212,12 @@ FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, 
       std::count_if(tracked_.begin(), tracked_.end(),
                     [this](const TrackedPoint& t) { return standing_.Knows(t.id); });
   const auto founded = [&](const FoundPose& f) {
-    return standing < config_.min_inliers ||
-           standing_.Count(f.landmarks) >= kFoundedShare * static_cast<double>(standing);
+    const int again = standing_.Count(f.landmarks);
+    const double world = PoseFinder::kTrustedShare;
+    const double odds =
+        again * std::log(kFoundByChance / world) +
+        static_cast<double>(standing - again) * std::log((1 - kFoundByChance) / (1 - world));
+    return odds < std::log(kUnbelievable);
   };
   const int fewest = std::max(Recovery::kConvincingInliers, found.estimate.num_inliers);
   if (auto alone = FindAlone(image, fewest)) {

@@ -26,7 +26,7 @@ constexpr double kOddView = 4;
 // What is printed on both sides of a tag's thin border shifts its sides by some hundredths of a
 // pixel, all corners of a tag alike, which the scatter of the corners does not show. Standard
 // deviation of the focal length's relative error over 24 rendered calibrations with other poses
-// than those of the tests (both lens models, both borders, tags of 20 to 40 px).
+// than those of the tests (both lens models, both borders, tags of 20 to 50 px).
 constexpr double kTagFocalError = 6e-4;
 
 using Pose = std::array<double, 6>;  // rotation vector, translation: p_C = R p_board + t

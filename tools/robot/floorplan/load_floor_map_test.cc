@@ -6,6 +6,7 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
+#include "grid/files/map_server.h"
 #include "tools/robot/floorplan/floor_map.h"
 
 namespace gw::floorplan {
@@ -224,6 +225,29 @@ TEST_F(FloorMapFile, NumbersMustBeFiniteAndInRange) {
   }
   EXPECT_THAT(Letters(Write("map.yaml", "image: [map.pgm\n")), HasSubstr("map.yaml:"));
   EXPECT_THAT(Letters(Write("map.yaml", "- a\n- b\n")), HasSubstr("must be `key: value` lines"));
+}
+
+// What gw-grid saves is what gw-navigate drives on.
+TEST_F(FloorMapFile, TheFloorMapOfTheGridIsReadBackCellByCell) {
+  grid::FloorImage image{0.05, -7, 3, 5, 4, {}};
+  for (int i = 0; i < image.width * image.height; ++i) {
+    image.cells.push_back(i % 3 == 0   ? CellState::kOccupied
+                          : i % 7 == 1 ? CellState::kUnknown
+                                       : CellState::kFree);
+  }
+  ASSERT_TRUE(grid::WriteMapServer(folder_.string(), image).ok());
+  const auto map = LoadFloorMap((folder_ / "map.yaml").string());
+  ASSERT_TRUE(map.ok()) << map.error().message;
+  ASSERT_EQ(map->width, image.width);
+  ASSERT_EQ(map->height, image.height);
+  EXPECT_EQ(map->resolution, image.cell_m);
+  EXPECT_EQ(map->origin, image.cell_m * Eigen::Vector2d(image.first_x, image.first_y));
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      EXPECT_EQ(map->Occupied(x, y), image.at(x, y) == CellState::kOccupied) << x << ", " << y;
+      EXPECT_EQ(map->Unknown(x, y), image.at(x, y) == CellState::kUnknown) << x << ", " << y;
+    }
+  }
 }
 
 }  // namespace

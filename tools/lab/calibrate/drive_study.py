@@ -144,7 +144,7 @@ def main():
     wanted, twice, inside = (sum(getattr(t, k) for t in tallies) for k in ("wanted", "twice", "inside"))
     print(f"{wanted} of {told} within what is wanted, {twice} within twice, {inside} inside 90 %, "
           f"{sum(t.silent for t in tallies)} said to be undetermined")
-    sys.exit(told == 0 or twice < 0.95 * told or inside < 0.8 * told)
+    sys.exit(1 if told == 0 or twice < 0.95 * told or inside < 0.8 * told else 0)
 
 
 if __name__ == "__main__":

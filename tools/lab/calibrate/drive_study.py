@@ -64,15 +64,22 @@ def parse(text):
     return found
 
 
-def run_drive(binaries, folder, seed, seconds):
-    rng = np.random.default_rng(seed)
-    visit = list(range(6))
-    rng.shuffle(visit)
+def record(binaries, folder, seed, seconds, visit):
     with open(f"{folder}/s.yaml", "w", encoding="utf-8") as f:
         f.write(SCENARIO.format(root=ROOT, seed=seed + 1, visit=", ".join(map(str, visit * 3)),
                                 turn="true" if seed % 2 else "false"))
     subprocess.run([f"{binaries}/gw-sim", "--scenario", f"{folder}/s.yaml", "--duration", str(seconds), "--log",
                     f"{folder}/good.lcm", "--config-out", f"{folder}/good.yaml"], check=True, capture_output=True)
+
+
+def run_drive(binaries, folder, seed, seconds, keep):
+    """(true values, what was found), or None where gw-calibrate refused."""
+    rng = np.random.default_rng(seed)
+    visit = list(range(6))
+    rng.shuffle(visit)
+    os.makedirs(folder, exist_ok=True)
+    if not keep or not os.path.exists(f"{folder}/good.yaml"):
+        record(binaries, folder, seed, seconds, visit)
     degrees, metres = rng.uniform(-3, 3, 3), np.append(rng.uniform(-0.05, 0.05, 2), 0)
     way, gyro = rng.uniform(0.97, 1.03, 2)
     track = np.exp(rng.uniform(np.log(0.4), np.log(2.5)))
@@ -115,13 +122,13 @@ def main():
     parser.add_argument("binaries")
     parser.add_argument("--drives", type=int, default=20)
     parser.add_argument("--seconds", type=int, default=40)
-    parser.add_argument("--keep", help="folder for the recordings instead of a temporary one")
+    parser.add_argument("--keep", help="folder for the recordings, a subfolder a drive; those that are there are used again")
     arguments = parser.parse_args()
     tallies = [Tally() for _ in QUANTITIES]
     with tempfile.TemporaryDirectory() as temporary:
-        folder = arguments.keep or temporary
         for seed in range(arguments.drives):
-            result = run_drive(arguments.binaries, folder, seed, arguments.seconds)
+            folder = f"{arguments.keep}/{seed}" if arguments.keep else temporary
+            result = run_drive(arguments.binaries, folder, seed, arguments.seconds, bool(arguments.keep))
             if result is None:
                 continue
             truth, found = result

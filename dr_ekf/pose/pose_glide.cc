@@ -29,7 +29,7 @@ bool PoseGlide::BeginsAnew(const Pose& corrected) const {
 }
 
 SE3 PoseGlide::AfterOneStep(const SE3& outstanding, double dt_s) const {
-  const Eigen::Vector3d way = outstanding.translation();
+  const Eigen::Vector3d& way = outstanding.translation();
   const Eigen::Vector3d turn = LogSO3(outstanding.rotation());
   const double way_share = rates_.m_s > 0 ? ShareOf(rates_.m_s * dt_s, way.norm()) : 1;
   const double turn_share = rates_.rad_s > 0 ? ShareOf(rates_.rad_s * dt_s, turn.norm()) : 1;

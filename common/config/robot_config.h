@@ -9,6 +9,7 @@
 #include "common/config/camera_config.h"
 #include "common/config/dr_ekf_config.h"
 #include "common/config/frontend_config.h"
+#include "common/config/grid_config.h"
 #include "common/config/kobuki_config.h"
 #include "common/config/navigate_config.h"
 #include "common/core/fields.h"
@@ -58,6 +59,7 @@ struct RobotConfig {
   FrontendConfig frontend;
   BackendConfig backend;
   DrEkfConfig dr_ekf;
+  GridConfig grid;
   NavigateConfig navigate;
   ProcessConfig process;
 
@@ -71,6 +73,7 @@ struct RobotConfig {
     v.Section("frontend", frontend, {.text = "tracking"});
     v.Section("backend", backend, {.text = "mapping"});
     v.Section("dr_ekf", dr_ekf, {.text = "dead reckoning"});
+    v.Section("grid", grid, {.text = "floor map and obstacles (gw-grid)"});
     v.Section("navigate", navigate, {.text = "driving to waypoints (gw-navigate)"});
     v.Section("process", process, {.text = "bus and scheduling"});
   }

@@ -21,6 +21,8 @@ inline constexpr char kMapUpdateAck[] = "MAP_UPDATE_ACK";
 inline constexpr char kMapRequest[] = "MAP_REQUEST";
 inline constexpr char kPlaceQuery[] = "PLACE_QUERY";
 inline constexpr char kPlaceMatch[] = "PLACE_MATCH";
+inline constexpr char kGrid[] = "GRID";
+inline constexpr char kObstacles[] = "OBSTACLES";
 inline constexpr char kHealth[] = "HEALTH";
 inline constexpr char kBaseCommand[] = "BASE_COMMAND";
 inline constexpr char kGroundTruth[] = "GROUND_TRUTH";
@@ -44,7 +46,7 @@ struct Channel {
   int queue_capacity;
 };
 
-inline constexpr std::array<Channel, 18> kChannels{{
+inline constexpr std::array<Channel, 20> kChannels{{
     {kCamera, "camera_t", "gw-camera, gw-sim, importer", "30 Hz", QueuePolicy::kNewest, 30},
     {kImu, "imu_t", "gw-camera, gw-kobuki, gw-sim, importer", "100-400 Hz", QueuePolicy::kEvery,
      2000},
@@ -61,6 +63,8 @@ inline constexpr std::array<Channel, 18> kChannels{{
     {kPlaceQuery, "place_query_t", "gw-frontend", "on demand", QueuePolicy::kNewest, 10},
     {kPlaceMatch, "place_match_t", "gw-backend", "after each PLACE_QUERY", QueuePolicy::kNewest,
      10},
+    {kGrid, "grid_t", "gw-grid", "2 Hz", QueuePolicy::kEvery, 100},
+    {kObstacles, "obstacles_t", "gw-grid", "10 Hz", QueuePolicy::kNewest, 30},
     {kHealth, "health_t", "every process", "1 Hz", QueuePolicy::kNewest, 100},
     {kBaseCommand, "base_command_t", "gw-navigate", "20 Hz", QueuePolicy::kNewest, 40},
     {kGroundTruth, "ground_truth_t", "gw-sim, importer", "any", QueuePolicy::kEvery, 1000},

@@ -5,6 +5,7 @@
 #include <gw_lcm/dr_t.hpp>
 #include <gw_lcm/frame_detail_t.hpp>
 #include <gw_lcm/frame_pose_t.hpp>
+#include <gw_lcm/grid_t.hpp>
 #include <gw_lcm/ground_truth_t.hpp>
 #include <gw_lcm/health_t.hpp>
 #include <gw_lcm/imu_t.hpp>
@@ -12,6 +13,7 @@
 #include <gw_lcm/map_request_t.hpp>
 #include <gw_lcm/map_update_t.hpp>
 #include <gw_lcm/note_t.hpp>
+#include <gw_lcm/obstacles_t.hpp>
 #include <gw_lcm/place_match_t.hpp>
 #include <gw_lcm/place_query_t.hpp>
 #include <gw_lcm/pose_t.hpp>
@@ -32,11 +34,13 @@ int64_t FindFingerprint(std::string_view type) {
 }  // namespace
 
 int64_t FingerprintOf(std::string_view type) {
-  const int64_t fingerprint = FindFingerprint<
-      gw_lcm::camera_t, gw_lcm::imu_t, gw_lcm::wheel_t, gw_lcm::dr_t, gw_lcm::frame_detail_t,
-      gw_lcm::frame_pose_t, gw_lcm::pose_t, gw_lcm::keyframe_t, gw_lcm::ack_t, gw_lcm::map_update_t,
-      gw_lcm::map_request_t, gw_lcm::place_query_t, gw_lcm::place_match_t, gw_lcm::health_t,
-      gw_lcm::base_command_t, gw_lcm::ground_truth_t, gw_lcm::note_t>(type);
+  const int64_t fingerprint =
+      FindFingerprint<gw_lcm::camera_t, gw_lcm::imu_t, gw_lcm::wheel_t, gw_lcm::dr_t,
+                      gw_lcm::frame_detail_t, gw_lcm::frame_pose_t, gw_lcm::pose_t,
+                      gw_lcm::keyframe_t, gw_lcm::ack_t, gw_lcm::map_update_t,
+                      gw_lcm::map_request_t, gw_lcm::grid_t, gw_lcm::obstacles_t,
+                      gw_lcm::place_query_t, gw_lcm::place_match_t, gw_lcm::health_t,
+                      gw_lcm::base_command_t, gw_lcm::ground_truth_t, gw_lcm::note_t>(type);
   GW_CHECK(fingerprint != 0);
   return fingerprint;
 }

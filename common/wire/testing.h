@@ -6,6 +6,7 @@
 
 #include "common/core/random.h"
 #include "common/wire/frame_detail.h"
+#include "common/wire/grid.h"
 #include "common/wire/wire.h"
 
 namespace gw::wire::testing {
@@ -199,6 +200,20 @@ class RandomMessages {
     for (int i = Count(3); i > 0; --i) m.loops.push_back({Keyframe(), Keyframe(), Bool(), Pose()});
   }
   void Fill(MapRequest& m) { m = {Time(), Big(), Bool(), Pose()}; }
+  void Fill(GridUpdate& m) {
+    m = {Time(), Big(), Count(), Big(), Big(), 0.01 + rng_.Uniform(), {}};
+    for (int i = Count(3); i > 0; --i) {
+      GridTile& tile = m.tiles.emplace_back();
+      tile.x = Count(1000) - 500;
+      tile.y = static_cast<int32_t>(m.tiles.size()) - 2;
+      tile.version = Big();
+      for (CellState& cell : tile.cells) cell = static_cast<CellState>(Count(3));
+    }
+  }
+  void Fill(ObstacleView& m) {
+    m = {Time(), Big(), 0.01 + rng_.Uniform(), rng_.Uniform(), {}};
+    for (int i = Count(20); i > 0; --i) m.obstacles.emplace_back(Real32(), Real32());
+  }
   void Fill(PlaceQuery& m) {
     m = {Time(), Big(), {}, {}};
     for (int i = Count(40); i > 0; --i) {

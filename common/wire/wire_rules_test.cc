@@ -6,18 +6,21 @@
 #include <gw_lcm/dr_t.hpp>
 #include <gw_lcm/frame_detail_t.hpp>
 #include <gw_lcm/frame_pose_t.hpp>
+#include <gw_lcm/grid_t.hpp>
 #include <gw_lcm/ground_truth_t.hpp>
 #include <gw_lcm/health_t.hpp>
 #include <gw_lcm/imu_t.hpp>
 #include <gw_lcm/keyframe_t.hpp>
 #include <gw_lcm/map_request_t.hpp>
 #include <gw_lcm/map_update_t.hpp>
+#include <gw_lcm/obstacles_t.hpp>
 #include <gw_lcm/pose_t.hpp>
 #include <gw_lcm/wheel_t.hpp>
 #include <limits>
 
 #include "common/wire/frame_detail.h"
 #include "common/wire/generated.h"
+#include "common/wire/grid.h"
 #include "common/wire/testing.h"
 #include "common/wire/wire.h"
 
@@ -34,6 +37,9 @@ bool HasElements(const Keyframe& m) {
 }
 bool HasElements(const MapUpdate& m) {
   return !m.keyframes.empty() && !m.landmarks.empty();
+}
+bool HasElements(const GridUpdate& m) {
+  return m.tiles.size() == 2;
 }
 template <typename T>
 bool HasElements(const T&) {
@@ -54,6 +60,15 @@ Type Valid() {
     change;                                           \
     ExpectRefused<Contract>(m, field);                \
   } while (false)
+
+TEST(WireRules, TilesAreSortedAndTheirCellsAreKnownStates) {
+  EXPECT_REFUSED(GridUpdate, grid_t, "cell_m", m.cell_m = 0);
+  EXPECT_REFUSED(GridUpdate, grid_t, "tiles.tile_x", m.tiles[0].tile_x = 1 << 30);
+  EXPECT_REFUSED(GridUpdate, grid_t, "tiles.cell_states", m.tiles[1].cell_states[1023] = 3);
+  EXPECT_REFUSED(GridUpdate, grid_t, "tiles", std::swap(m.tiles[0], m.tiles[1]));
+  EXPECT_REFUSED(GridUpdate, grid_t, "tiles", m.tiles[1] = m.tiles[0]);
+  EXPECT_REFUSED(ObstacleView, obstacles_t, "seen_ahead_m", m.seen_ahead_m = -1);
+}
 
 TEST(WireRules, NumbersAreFinite) {
   for (const double bad : {kNan, kInf, -kInf}) {

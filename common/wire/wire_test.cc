@@ -9,6 +9,7 @@
 #include <gw_lcm/dr_t.hpp>
 #include <gw_lcm/frame_detail_t.hpp>
 #include <gw_lcm/frame_pose_t.hpp>
+#include <gw_lcm/grid_t.hpp>
 #include <gw_lcm/ground_truth_t.hpp>
 #include <gw_lcm/health_t.hpp>
 #include <gw_lcm/imu_t.hpp>
@@ -16,6 +17,7 @@
 #include <gw_lcm/map_request_t.hpp>
 #include <gw_lcm/map_update_t.hpp>
 #include <gw_lcm/note_t.hpp>
+#include <gw_lcm/obstacles_t.hpp>
 #include <gw_lcm/place_match_t.hpp>
 #include <gw_lcm/place_query_t.hpp>
 #include <gw_lcm/pose_t.hpp>
@@ -303,6 +305,34 @@ void ExpectSame(const gw_lcm::map_update_t& g, const MapUpdate& m) {
     ExpectSame(g.loops[i].p_correction_m, g.loops[i].q_correction_wxyz, m.loops[i].T_correction);
   }
 }
+void ExpectSame(const gw_lcm::grid_t& g, const GridUpdate& m) {
+  EXPECT_EQ(g.utime, m.utime.us);
+  EXPECT_EQ(g.seq, m.seq);
+  EXPECT_EQ(g.grid_session, m.grid_session);
+  EXPECT_EQ(g.grid_version, m.grid_version);
+  EXPECT_EQ(g.map_revision, m.map_revision);
+  EXPECT_EQ(g.cell_m, m.cell_m);
+  ASSERT_EQ(g.tiles.size(), m.tiles.size());
+  for (size_t i = 0; i < m.tiles.size(); ++i) {
+    EXPECT_EQ(g.tiles[i].tile_x, m.tiles[i].x);
+    EXPECT_EQ(g.tiles[i].tile_y, m.tiles[i].y);
+    EXPECT_EQ(g.tiles[i].tile_version, m.tiles[i].version);
+    for (size_t k = 0; k < m.tiles[i].cells.size(); ++k) {
+      ASSERT_EQ(g.tiles[i].cell_states[k], static_cast<uint8_t>(m.tiles[i].cells[k]));
+    }
+  }
+}
+void ExpectSame(const gw_lcm::obstacles_t& g, const ObstacleView& m) {
+  EXPECT_EQ(g.utime, m.utime.us);
+  EXPECT_EQ(g.seq, m.seq);
+  EXPECT_EQ(g.cell_m, m.cell_m);
+  EXPECT_EQ(g.seen_ahead_m, m.seen_ahead_m);
+  ASSERT_EQ(g.obstacles.size(), m.obstacles.size());
+  for (size_t i = 0; i < m.obstacles.size(); ++i) {
+    EXPECT_EQ(g.obstacles[i].obstacle_x_B_m, m.obstacles[i].x());
+    EXPECT_EQ(g.obstacles[i].obstacle_y_B_m, m.obstacles[i].y());
+  }
+}
 void ExpectSame(const gw_lcm::map_request_t& g, const MapRequest& m) {
   EXPECT_EQ(g.utime, m.utime.us);
   EXPECT_EQ(g.seq, m.seq);
@@ -324,6 +354,7 @@ using AllTypes = ::testing::Types<
     Pair<FrameDetail, gw_lcm::frame_detail_t>, Pair<FramePose, gw_lcm::frame_pose_t>,
     Pair<Pose, gw_lcm::pose_t>, Pair<Health, gw_lcm::health_t>, Pair<Keyframe, gw_lcm::keyframe_t>,
     Pair<MapUpdate, gw_lcm::map_update_t>, Pair<MapRequest, gw_lcm::map_request_t>,
+    Pair<GridUpdate, gw_lcm::grid_t>, Pair<ObstacleView, gw_lcm::obstacles_t>,
     Pair<PlaceQuery, gw_lcm::place_query_t>, Pair<PlaceMatch, gw_lcm::place_match_t>>;
 TYPED_TEST_SUITE(Wire, AllTypes);
 

@@ -6,6 +6,7 @@ usage: preflight_test.py PREFLIGHT BIN_DIR ROBOT.yaml
 import os
 import pathlib
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -111,6 +112,28 @@ class Preflight(unittest.TestCase):
     def test_user_lacks_a_group(self):
         self.put("etc/group", "dialout:x:20:good-weights\nvideo:x:44:\nplugdev:x:46:good-weights\n")
         self.expect_failure("not in: video", "gpasswd -a good-weights")
+
+    def record(self, name, log):
+        """A file of the recorder with these bytes."""
+        path = pathlib.Path(self.root, "var/lib/good-weights/log", name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(log)
+
+    def test_nothing_recorded_yet_is_no_failure(self):
+        code, said = self.run_preflight()
+        self.assertEqual(code, 0)
+        self.assertIn("recording      none yet", said)
+
+    def test_what_was_recorded_is_checked(self):
+        # The newest file is still being written; the one before holds a message that is none of ours.
+        event = struct.pack(">IqqII", 0xEDA1DA01, 0, 1_000_000, 6, 8) + b"CAMERA" + b"no image"
+        self.record("2026-01-01T00-00-00.000000.lcm", b"")
+        self.record("2026-01-01T00-01-00.000000.lcm", event)
+        self.record("2026-01-01T00-02-00.000000.lcm", b"")
+        code, said = self.run_preflight()
+        self.assertEqual(code, 1, said)
+        self.assertIn("FAIL recording      [", said)
+        self.assertIn("-> ", said)
 
     def test_everything_is_reported_at_once(self):
         self.put("proc/sys/net/core/rmem_max", "212992\n")

@@ -203,7 +203,7 @@ DeviceAllow=char-pts rw
 ExecStart=
 ExecStart=gw-kobuki --config ${GW_CONFIG} --lcm-url udpm://239.255.76.67:7668?ttl=0
 """
-SERVICES = ["gw-recorder", "gw-kobuki", "gw-camera", "gw-dr-ekf", "gw-backend", "gw-frontend", "gw-view"]
+SERVICES = ["gw-recorder", "gw-kobuki", "gw-camera", "gw-dr-ekf", "gw-backend", "gw-frontend", "gw-grid", "gw-view"]
 # A start takes 0.1 s of waiting and the programs' own: LCM tests its multicast first. The rest is for a busy host.
 BACK_LIMIT_S = 3.0
 # The limit is the watchdog's 3 s, and the same again.

@@ -5,6 +5,7 @@
 #include "common/camera/camera_model.h"
 #include "common/wire/channels.h"
 #include "common/wire/frame_detail.h"
+#include "frontend/core/tracking/health_cause.h"
 
 namespace gw::frontend {
 namespace {
@@ -100,13 +101,13 @@ void FrontendNode::ProcessImage(const WaitingImage& image, process::Shell& shell
   shell.Publish(wire::kFrameDetail, wire::Encode(out.detail));
   shell.Publish(wire::kFramePose, wire::Encode(out.pose));
   shell.health().AddLatency(latency);
-  status_ = out.pose.status;
-  reason_ = out.pose.reason;
-  if (reason_ == TrackingReason::kTimeReversed) shell.health().Count("CAMERA.time_reversed");
-  if (reason_ == TrackingReason::kDrContradictsVision)
+  newest_ = out.pose;
+  if (newest_.reason == TrackingReason::kTimeReversed) shell.health().Count("CAMERA.time_reversed");
+  if (newest_.reason == TrackingReason::kDrContradictsVision)
     shell.health().Count("DR.contradicts_vision");
-  if (reason_ == TrackingReason::kEyesApart) shell.health().Count("CAMERA.eyes_apart");
-  if (reason_ == TrackingReason::kFixedInImage) shell.health().Count("CAMERA.fixed_in_image");
+  if (newest_.reason == TrackingReason::kEyesApart) shell.health().Count("CAMERA.eyes_apart");
+  if (newest_.reason == TrackingReason::kFixedInImage)
+    shell.health().Count("CAMERA.fixed_in_image");
   last_image_ = shell.Now();
   if (out.query) {
     out.query->seq = ++query_seq_;
@@ -121,34 +122,8 @@ void FrontendNode::ReportHealth(process::Shell& shell) const {
     shell.health().SetState(kStarting, "waiting for the map: is gw-backend running?");
   } else if (!last_image_ || shell.Now() - *last_image_ > kSilence) {
     shell.health().SetState(kDegraded, "no images: check gw-camera and its cable");
-  } else if (status_ == TrackingStatus::kLost) {
-    shell.health().SetState(kDegraded,
-                            "neither vision nor dead reckoning: check lens, light and gw-dr-ekf");
-  } else if (status_ == TrackingStatus::kRecovering) {
-    shell.health().SetState(kDegraded,
-                            "where in the map is not known: drive to where it was made, or begin "
-                            "a new map");
-  } else if (reason_ == TrackingReason::kEyesApart) {
-    shell.health().SetState(kDegraded,
-                            "left and right image are not of one instant, depth is not used: "
-                            "check the camera's synchronisation and that pairs are not mixed up");
-  } else if (reason_ == TrackingReason::kFixedInImage) {
-    shell.health().SetState(kDegraded,
-                            "most of what the camera sees does not move when the robot does: is "
-                            "the infrared projector on, the lens dirty, or part of the robot in "
-                            "view?");
-  } else if (status_ == TrackingStatus::kDrOnly) {
-    shell.health().SetState(
-        kDegraded, "vision sees nothing, dead reckoning carries the pose: check lens and light");
-  } else if (reason_ == TrackingReason::kDrContradictsVision) {
-    const std::string fault = Describe(tracker_.dr_fault());
-    shell.health().SetState(
-        kDegraded,
-        "dead reckoning contradicts healthy vision and is not used: " +
-            (fault.empty()
-                 ? "check wheel calibration, axes, signs and units (gw-slam LOG --dr-only "
-                   "names more)"
-                 : fault));
+  } else if (const std::string cause = HealthCause(newest_, tracker_.dr_fault()); !cause.empty()) {
+    shell.health().SetState(kDegraded, cause);
   } else {
     shell.health().SetState(kOk);
   }

@@ -52,8 +52,7 @@ class FrontendNode : public process::Node {
   int64_t query_seq_ = 0;
   int64_t session_ = 0;
   std::optional<Utime> last_image_;
-  TrackingStatus status_ = TrackingStatus::kInitializing;  // of the newest image
-  TrackingReason reason_ = TrackingReason::kNone;
+  FramePose newest_;  // of the newest image
 };
 
 }  // namespace gw::frontend

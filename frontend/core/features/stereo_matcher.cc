@@ -25,7 +25,6 @@ constexpr size_t kSampleEvery = 4;  // features whose row is checked
 constexpr int kSampleLevels = 4;    // of the finest levels
 constexpr float kSampleReach = 8;   // px of the level
 constexpr int kUnmistakable = 50;   // of 256 bits, and 0.8 of the second best
-constexpr float kOutlierFactor = 1.5f * 1.4f;  // of the median patch difference (ORB-SLAM3)
 
 constexpr int kSide = 2 * kPatchRadius + 1;
 
@@ -159,10 +158,9 @@ int StereoMatcher::MostSimilar(const StereoSide& left, size_t i, const StereoSid
   return best;
 }
 
-std::optional<StereoMatcher::Measured> StereoMatcher::Measure(const StereoSide& left,
-                                                              const OrbKeypoint& k,
-                                                              const StereoSide& right,
-                                                              const OrbKeypoint& partner) const {
+std::optional<float> StereoMatcher::Measure(const StereoSide& left, const OrbKeypoint& k,
+                                            const StereoSide& right,
+                                            const OrbKeypoint& partner) const {
   const float scale = left.pyramid.scale_x(k.level);
   const ImageBuffer& left_image = left.pyramid.level(k.level);
   const ImageBuffer& right_image = right.pyramid.level(k.level);
@@ -192,39 +190,21 @@ std::optional<StereoMatcher::Measured> StereoMatcher::Measure(const StereoSide& 
                       (static_cast<float>(x) - x_right) * scale);
   // A far point's disparity may come out slightly below zero.
   if (!disparity || *disparity > max_disparity_ || *disparity < -scale) return std::nullopt;
-  return Measured{std::max(*disparity, 0.0f), at};
-}
-
-void StereoMatcher::RemoveOutliers(std::vector<float>* disparities) {
-  sorted_cost_.clear();
-  for (const float c : cost_) {
-    if (c >= 0) sorted_cost_.push_back(c);
-  }
-  if (sorted_cost_.empty()) return;
-  const auto median = sorted_cost_.begin() + static_cast<ptrdiff_t>(sorted_cost_.size() / 2);
-  std::nth_element(sorted_cost_.begin(), median, sorted_cost_.end());
-  const float limit = kOutlierFactor * *median;
-  for (size_t i = 0; i < cost_.size(); ++i) {
-    if (cost_[i] > limit) (*disparities)[i] = -1.0f;
-  }
+  return std::max(*disparity, 0.0f);
 }
 
 void StereoMatcher::Match(const StereoSide& left, const StereoSide& right,
                           std::vector<float>* disparities) {
   const size_t num_left = left.keypoints.size();
   disparities->assign(num_left, -1.0f);
-  cost_.assign(num_left, -1.0f);
   SortByRow(right.keypoints);
   for (size_t i = 0; i < num_left; ++i) {
     const int best = MostSimilar(left, i, right);
     if (best < 0) continue;
-    const auto measured =
-        Measure(left, left.keypoints[i], right, right.keypoints[static_cast<size_t>(best)]);
-    if (!measured) continue;
-    (*disparities)[i] = measured->disparity;
-    cost_[i] = measured->cost;
+    (*disparities)[i] =
+        Measure(left, left.keypoints[i], right, right.keypoints[static_cast<size_t>(best)])
+            .value_or(-1.0f);
   }
-  RemoveOutliers(disparities);
 }
 
 void StereoMatcher::MeasureRowOffsets(const StereoSide& left, const StereoSide& right,

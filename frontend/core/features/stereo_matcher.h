@@ -35,26 +35,18 @@ class StereoMatcher {
                          std::vector<FeatureFrame::RowOffset>* out) const;
 
  private:
-  struct Measured {
-    float disparity;  // px of level 0, not below zero
-    float cost;       // difference of the patches
-  };
-
   void SortByRow(const std::vector<OrbKeypoint>& right);
   // The right keypoint that looks most like the i-th left one, on its rows; -1: none.
   int MostSimilar(const StereoSide& left, size_t i, const StereoSide& right) const;
-  // The disparity of a left keypoint, from the images around it and its partner.
-  std::optional<Measured> Measure(const StereoSide& left, const OrbKeypoint& k,
-                                  const StereoSide& right, const OrbKeypoint& partner) const;
-  // Patches that differ far more than most were wrong pairs.
-  void RemoveOutliers(std::vector<float>* disparities);
+  // The disparity of a left keypoint, px of level 0, not below zero, from the images around it and
+  // its partner.
+  std::optional<float> Measure(const StereoSide& left, const OrbKeypoint& k,
+                               const StereoSide& right, const OrbKeypoint& partner) const;
 
   float max_disparity_;
   int height_;
   std::vector<int> row_begin_;  // of by_row_, per row of the right image; one more at the end
   std::vector<int> by_row_;     // right keypoints, sorted by row
-  std::vector<float> cost_;     // per left keypoint: patch difference, or -1
-  std::vector<float> sorted_cost_;
 };
 
 }  // namespace gw::frontend

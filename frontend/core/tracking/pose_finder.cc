@@ -249,6 +249,25 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
   return out;
 }
 
+FoundPose PoseFinder::FollowStanding(const PosePrediction& prediction,
+                                     const StandingLandmarks& standing, KeyframeId reference,
+                                     LocalMap* map) const {
+  std::vector<const MapPoint*> points;
+  KeyframeId nearest;
+  map->CollectNear(prediction.T_WC, kNearKeyframes, &points, &nearest);
+  const float radius = std::max(SearchRadius(prediction.search_cov), kNearRadius);
+  Association a;
+  for (const MapPoint* point : points) {
+    if (standing.Knows(point->id)) a.candidates.push_back({point, &point->descriptor, -1, radius});
+  }
+  FirstStage(prediction, &a);
+  FoundPose out = Result(a, nearest.valid() ? nearest : reference);
+  out.found = a.estimate.num_inliers >= config_.min_inliers &&
+              a.estimate.num_inliers >= kTrustedShare * a.num_first_stage;
+  if (!out.found) out.reason = TrackingReason::kTooFewInliers;
+  return out;
+}
+
 FoundPose PoseFinder::FindAgain(const SE3& T_WC_near, uint64_t seed, LocalMap* map) {
   FoundPose none;
   none.reason = TrackingReason::kTooFewMatches;

@@ -4,6 +4,7 @@
 //   Follow     around a prediction, in two stages: the landmarks of the last image (or those near
 //              the prediction), then the rest of the local map in small windows
 //   FindAgain  without a prediction, among the landmarks near a place
+//   FollowStanding  around a prediction, by landmarks that are known to stand still and by no other
 //
 // Holds no state of the track: what was tracked before is an argument, what is tracked now a
 // result.
@@ -22,15 +23,11 @@
 #include "frontend/core/features/feature_frame.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/map/projection_matcher.h"
+#include "frontend/core/map/standing_landmarks.h"
+#include "frontend/core/map/tracked_points.h"
 #include "frontend/core/tracking/good_features.h"
 
 namespace gw::frontend {
-
-struct TrackedPoint {
-  LandmarkId id;
-  Descriptor descriptor;  // as seen in the last image
-  int level = 0;
-};
 
 // Where to look, and how much the prediction counts.
 struct PosePrediction {
@@ -77,6 +74,8 @@ class PoseFinder {
   FoundPose Follow(const PosePrediction& prediction, const std::vector<TrackedPoint>& tracked,
                    KeyframeId reference, LocalMap* map);
   FoundPose FindAgain(const SE3& T_WC_near, uint64_t seed, LocalMap* map);
+  FoundPose FollowStanding(const PosePrediction& prediction, const StandingLandmarks& standing,
+                           KeyframeId reference, LocalMap* map) const;
 
   // Looks for the landmarks that the budget left out, around the pose that was found: an image that
   // becomes a keyframe should show them all, or the map gets them twice. The pose stays.

@@ -2,8 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <deque>
-#include <map>
+#include <cmath>
 #include <utility>
 
 #include "common/core/clock_watch.h"
@@ -11,10 +10,11 @@
 #include "common/good_weights/edge_covariance.h"
 #include "common/good_weights/quality.h"
 #include "common/good_weights/vision_noise.h"
-#include "frontend/core/features/eye_sync.h"
-#include "frontend/core/features/fixed_in_image.h"
-#include "frontend/core/features/rolling_shutter.h"
+#include "frontend/core/features/image_cleaner.h"
 #include "frontend/core/map/local_map.h"
+#include "frontend/core/map/standing_landmarks.h"
+#include "frontend/core/map/tracked_points.h"
+#include "frontend/core/motion/anchor_history.h"
 #include "frontend/core/motion/motion_model.h"
 #include "frontend/core/motion/pose_uncertainty.h"
 #include "frontend/core/place/place_confirmation.h"
@@ -34,13 +34,22 @@ constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
 // Quality from which a pose may contradict dead reckoning: half of what there is to be seen is.
 constexpr double kSureQuality = 0.5;
+// A pose of the world finds a landmark again that is known to stand still with a probability of at
+// least PoseFinder::kTrustedShare; one that moves with something else by chance.
+constexpr double kFoundByChance = 0.02;
+// Odds against a pose from which it is not believed.
+constexpr double kUnbelievable = 20;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
-// The longest that what is fixed to the camera may have been taken for the world.
-constexpr DurationUs kRewindable = Milliseconds(5000);
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
+
+// Two estimates of a pose, or covariances far too small: cov is of their difference.
+bool Apart(const SE3& a, const SE3& b, const Matrix6d& cov) {
+  const Vector6d e = (a.inverse() * b).Log();
+  return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
+}
 
 }  // namespace
 
@@ -53,9 +62,8 @@ class Tracker::Impl {
         finder_(config, camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         motion_(camera_, config),
-        eyes_(camera_),
+        cleaner_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         view_(camera_),
-        fixed_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         place_(Departs(Departure::kRecovery)),
         chain_(config) {}
 
@@ -74,13 +82,15 @@ class Tracker::Impl {
   // One image on its way to a pose.
   struct Image {
     Utime utime;
-    const FeatureFrame* frame = nullptr;
-    Motion motion;       // since the image before; where hinted, from the hint
-    SE3 T_ab;            // since the image before, in any case
-    SE3 T_WC_before;     // where the motion begins
-    SE3 T_WC_predicted;  // and ends
+    const FeatureFrame* of_world = nullptr;  // without what is fixed to the camera
+    const FeatureFrame* frame = nullptr;     // ... corrected for the motion
+    Motion motion;                           // since the image before; where hinted, from the hint
+    SE3 T_ab;                                // since the image before, in any case
+    SE3 T_WC_before;                         // where the motion begins
+    SE3 T_WC_predicted;                      // and ends
     bool hinted = false;
     FoundPose found;
+    bool agreed = false;   // with dead reckoning, around whose prediction the pose was found
     bool snapped = false;  // found from a confirmed place, and believed
   };
 
@@ -90,17 +100,17 @@ class Tracker::Impl {
   bool map_there() const { return map_known_ && !map_.empty(); }
 
   const FeatureFrame* LeaveOutFixed(Utime utime, const FeatureFrame& seen);
-  const FeatureFrame* Corrected(const FeatureFrame& seen, const FeatureFrame* of_world,
-                                const Image& image);
-  void Rewind();
+  void Rewind(Utime since);
   void RememberAnchor();
   TrackerOutput Refuse(TrackerOutput out) const;
   void Restart(Utime utime);
   Image Predict(Utime utime);
   void Locate(Image* image);
-  FoundPose Find(const Image& image);
+  FoundPose Find(Image* image);
   bool Contradicts(const Image& image, const FoundPose& found) const;
-  FoundPose FindAlone(const Image& image);
+  std::optional<FoundPose> FindAlone(Image* image, int fewest_inliers);
+  FoundPose Decide(const PosePrediction& prediction, Image* image, FoundPose found);
+  void Show(const SE3& T_ab, Image* image);
   static SE3 VisionAlone(const Image& image, const PoseEstimate& e);
   FoundPose FindAnywhere(Utime utime);
   bool TakePlace(Image* image);
@@ -128,18 +138,9 @@ class Tracker::Impl {
   LocalMap map_;
   MotionModel motion_;
   FeatureFrame frame_;
-  FeatureFrame of_world_;   // of the newest image, without what is fixed to the camera
-  FeatureFrame corrected_;  // ... its rolling shutter undone, without depth that is spoilt
-  EyeSync eyes_;
-  bool depth_spoilt_ = false;  // of the newest image: its eyes are not of one instant
+  ImageCleaner cleaner_;
+  AnchorHistory anchors_;
   ViewChange view_;
-  FixedInImage fixed_;
-  // The odometry frame in W, image by image, over the time that it takes to see what is fixed.
-  struct Anchored {
-    Utime utime;
-    SE3 T_WO;
-  };
-  std::deque<Anchored> anchored_;
   bool other_view_ = false;  // the newest image shows nothing of the one before
 
   bool map_known_ = false;   // a snapshot has come
@@ -151,6 +152,7 @@ class Tracker::Impl {
   PoseUncertainty uncertainty_;  // of T_WC_
   Recovery recovery_;
   std::vector<TrackedPoint> tracked_;
+  StandingLandmarks standing_;
   std::optional<Pose> hint_;
   PlaceConfirmation place_;
   std::optional<PlaceConfirmation::Confirmed> confirmed_;  // to be tracked from at the next image
@@ -166,20 +168,70 @@ bool Tracker::Impl::Contradicts(const Image& image, const FoundPose& found) cons
   if (!found.found || found.estimate.num_inliers < PoseFinder::kTrustedShare * found.num_tracked)
     return true;
   const SE3 T_WC = VisionAlone(image, found.estimate);
-  const Vector6d e = (image.T_WC_predicted.inverse() * T_WC).Log();
-  const Matrix6d cov =
-      image.motion.weight_cov + VisionCovariance(found.estimate.vision_information);
-  return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
+  const Matrix6d cov = VisionCovariance(found.estimate.vision_information);
+  const Matrix6d& of_image = image.motion.weight_cov;
+  if (Apart(image.T_WC_predicted, T_WC, of_image + cov)) return true;
+  // A little in every image is much in a while: what is white grows with its root.
+  const auto before = anchors_.From(image.utime - StandingLandmarks::kProof);
+  const auto T_OC = motion_.OdometryPose(image.utime);
+  return before && T_OC &&
+         Apart(before->T_WO * *T_OC, T_WC, (before->num_images + 1) * of_image + cov);
 }
 
-// At constant velocity, without dead reckoning. Vision that carried the image before and finds no
-// fewer inliers so is not overruled by it.
-FoundPose Tracker::Impl::FindAlone(const Image& image) {
-  const Motion motion = motion_.Coast(utime_, image.utime);
+// Gives the image to the pose finder, corrected for the motion since the image before.
+void Tracker::Impl::Show(const SE3& T_ab, Image* image) {
+  image->frame = cleaner_.Correct(image->of_world, T_ab, image->utime - utime_);
+  finder_.SetImage(image->frame, static_cast<uint64_t>(image->utime.us));
+}
+
+// At constant velocity, without dead reckoning, if so many inliers at least are found. Vision that
+// carried the image before and finds no fewer so is not overruled by dead reckoning.
+std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, int fewest_inliers) {
+  const Motion motion = motion_.Coast(utime_, image->utime);
+  Show(motion.T_ab, image);
   PosePrediction prediction;
   prediction.T_WC = T_WC_ * motion.T_ab;
   prediction.search_cov = prediction.weight_cov = motion.weight_cov;
-  return finder_.Follow(prediction, tracked_, reference_, &map_);
+  FoundPose alone = finder_.Follow(prediction, tracked_, reference_, &map_);
+  if (alone.found && alone.estimate.num_inliers >= fewest_inliers) return alone;
+  Show(image->T_ab, image);
+  return std::nullopt;
+}
+
+// Between dead reckoning that has been sound, the pose `found` around its prediction, which
+// contradicts it, and vision alone. Landmarks decide that are known to stand still.
+FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, FoundPose found) {
+  FoundPose by_standing = finder_.FollowStanding(prediction, standing_, reference_, &map_);
+  const bool differ =
+      by_standing.found && found.found &&
+      Apart(VisionAlone(*image, found.estimate), VisionAlone(*image, by_standing.estimate),
+            VisionCovariance(found.estimate.vision_information) +
+                VisionCovariance(by_standing.estimate.vision_information));
+  if (differ && !Contradicts(*image, by_standing)) return by_standing;
+  const auto standing =
+      std::count_if(tracked_.begin(), tracked_.end(),
+                    [this](const TrackedPoint& t) { return standing_.Knows(t.id); });
+  const auto founded = [&](const FoundPose& f) {
+    const int again = standing_.Count(f.landmarks);
+    const double world = PoseFinder::kTrustedShare;
+    const double odds =
+        again * std::log(kFoundByChance / world) +
+        static_cast<double>(standing - again) * std::log((1 - kFoundByChance) / (1 - world));
+    return odds < std::log(kUnbelievable);
+  };
+  const int fewest = std::max(Recovery::kConvincingInliers, found.estimate.num_inliers);
+  if (auto alone = FindAlone(image, fewest)) {
+    if (founded(*alone)) return *alone;
+    Show(image->T_ab, image);
+  }
+  if (found.found && !founded(found)) {
+    Rewind(image->utime - StandingLandmarks::kProof);
+    image->T_WC_before = T_WC_;
+    image->T_WC_predicted = T_WC_ * image->motion.T_ab;
+    found.found = false;
+    found.reason = TrackingReason::kPoseJump;
+  }
+  return found;
 }
 
 // The pose without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
@@ -190,10 +242,10 @@ SE3 Tracker::Impl::VisionAlone(const Image& image, const PoseEstimate& e) {
 }
 
 // Around the prediction.
-FoundPose Tracker::Impl::Find(const Image& image) {
-  const Motion& motion = image.motion;
+FoundPose Tracker::Impl::Find(Image* image) {
+  const Motion& motion = image->motion;
   PosePrediction prediction;
-  prediction.T_WC = image.T_WC_predicted;
+  prediction.T_WC = image->T_WC_predicted;
   prediction.search_cov = motion.weight_cov;
   prediction.has_prior = motion.from_dr;
   prediction.any_matches = !Departs(Departure::kInlierGate);
@@ -210,15 +262,12 @@ FoundPose Tracker::Impl::Find(const Image& image) {
   }
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
   const bool asks = motion.from_dr && !prediction.vision_broken && Departs(Departure::kTrust);
-  if (asks && Contradicts(image, found)) {
-    FoundPose alone = FindAlone(image);
-    if (alone.found && alone.estimate.num_inliers >= Recovery::kConvincingInliers &&
-        alone.estimate.num_inliers >= found.estimate.num_inliers) {
-      return alone;
-    }
+  if (asks) {
+    image->agreed = !Contradicts(*image, found);
+    if (!image->agreed) return Decide(prediction, image, std::move(found));
   }
   if (!found.found && !motion.from_dr) {
-    FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image.utime.us), &map_);
+    FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image->utime.us), &map_);
     if (again.found) return again;
   }
   return found;
@@ -273,7 +322,7 @@ void Tracker::Impl::Locate(Image* image) {
   image->snapped = confirmed_ && TakePlace(image);
   confirmed_.reset();
   if (image->snapped) return;
-  image->found = placed() || image->hinted ? Find(*image) : FindAnywhere(image->utime);
+  image->found = placed() || image->hinted ? Find(image) : FindAnywhere(image->utime);
 }
 
 // True when a pose that vision finds after it was broken is to be believed. Call after uncertainty_
@@ -329,6 +378,7 @@ void Tracker::Impl::Accept(const Image& image, FramePose* report, ImageOutcome* 
     const Feature& f = image.frame->features[i];
     tracked_.push_back({found.landmarks[i], image.frame->descriptors[i], f.level});
   }
+  standing_.Observe(image.utime, image.agreed, found.landmarks);
   recovery_.Reset();
 }
 
@@ -410,47 +460,20 @@ const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame
       motion_.newest_dr() == nullptr) {
     return &seen;
   }
-  const bool prevailed = fixed_.Prevails();
   std::optional<CameraStep> step;
   if (state_ != TrackingState::kStart) step = motion_.Step(utime_, utime);
-  if (!step) anchored_.clear();  // dead reckoning may have begun anew, somewhere else
-  fixed_.Observe(utime, seen, step);
-  if (!fixed_.any()) return &seen;
-  if (fixed_.Prevails() && !prevailed) Rewind();
-  of_world_ = fixed_.Without(seen);
-  return &of_world_;
+  if (!step) anchors_.Clear();  // dead reckoning may have begun anew, somewhere else
+  const bool prevailed = cleaner_.fixed_prevails();
+  const FeatureFrame* const of_world = cleaner_.LeaveOutFixed(utime, seen, step);
+  if (cleaner_.fixed_prevails() && !prevailed) Rewind(cleaner_.fixed_since());
+  return of_world;
 }
 
-// The image as it would have been seen by a global shutter, and without depth where the eyes are
-// not of one instant.
-const FeatureFrame* Tracker::Impl::Corrected(const FeatureFrame& seen, const FeatureFrame* of_world,
-                                             const Image& image) {
-  depth_spoilt_ = false;
-  if (state_ == TrackingState::kStart) return of_world;
-  const DurationUs dt = image.utime - utime_;
-  if (!seen.row_offsets.empty() && Departs(Departure::kLooksHealthy)) {
-    eyes_.Observe(seen, image.T_ab, dt);
-    depth_spoilt_ = eyes_.SpoilsDepth(seen, image.T_ab, dt);
-  }
-  if (camera_.readout_s <= 0 && !depth_spoilt_) return of_world;
-  corrected_ = *of_world;
-  if (camera_.readout_s > 0) {
-    UndoRollingShutter(camera_, camera_.readout_s, image.T_ab.Log().tail<3>() / dt.seconds(),
-                       &corrected_.features);
-  }
-  if (depth_spoilt_) {
-    for (Feature& f : corrected_.features) f.depth = f.u_right = -1;
-  }
-  return &corrected_;
-}
-
-// Vision was held by what is fixed to the camera: the way since it was first seen is that of dead
-// reckoning.
-void Tracker::Impl::Rewind() {
+// Vision was held by what is not the world: the way since then is that of dead reckoning.
+void Tracker::Impl::Rewind(Utime since) {
   const auto T_OC = motion_.OdometryPose(utime_);
-  const auto then = std::find_if(anchored_.begin(), anchored_.end(),
-                                 [this](const Anchored& a) { return a.utime >= fixed_.since(); });
-  if (!T_OC || then == anchored_.end()) return;
+  const auto then = anchors_.From(since);
+  if (!T_OC || !then) return;
   const SE3 T_WC = then->T_WO * *T_OC;
   uncertainty_.Shift((T_WC_.inverse() * T_WC).Log());
   T_WC_ = T_WC;
@@ -460,13 +483,11 @@ void Tracker::Impl::Rewind() {
 }
 
 void Tracker::Impl::RememberAnchor() {
-  const auto T_OC = motion_.OdometryPose(utime_);
-  if (!T_OC) {
-    anchored_.clear();
-    return;
+  if (const auto T_OC = motion_.OdometryPose(utime_)) {
+    anchors_.Remember(utime_, T_WC_ * T_OC->inverse());
+  } else {
+    anchors_.Clear();
   }
-  anchored_.push_back({utime_, T_WC_ * T_OC->inverse()});
-  while (utime_ - anchored_.front().utime > kRewindable) anchored_.pop_front();
 }
 
 // Answers an image that is not newer than the one before, and is not used.
@@ -493,7 +514,7 @@ void Tracker::Impl::Restart(Utime utime) {
   confirmed_.reset();
   recovery_.Reset();
   view_ = ViewChange(camera_);
-  anchored_.clear();
+  anchors_.Clear();
   motion_.Restart();
   chain_.Restart(utime);
 }
@@ -548,7 +569,12 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   const FeatureFrame* const of_world = LeaveOutFixed(utime, seen);
   report.num_detected = of_world->num_detected;
   Image image = Predict(utime);
-  image.frame = Corrected(seen, of_world, image);
+  image.frame = image.of_world = of_world;
+  if (state_ != TrackingState::kStart) {
+    if (Departs(Departure::kLooksHealthy))
+      cleaner_.JudgeEyes(seen, image.T_ab, image.utime - utime_);
+    image.frame = cleaner_.Correct(of_world, image.T_ab, image.utime - utime_);
+  }
   report.reason = image_problem;
   if (image_problem == TrackingReason::kNone) {
     report.reason = TrackingReason::kNoMap;
@@ -595,11 +621,12 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   outcome.dr_share = report.dr_share;
   ConsiderPlace(*image, out, &outcome);
   const bool carried = StatusOf(state_, outcome) == TrackingStatus::kTracking;
-  outcome.contradicted = !motion_.dr_trusted() || fixed_.Prevails() || depth_spoilt_;
+  outcome.contradicted =
+      !motion_.dr_trusted() || cleaner_.fixed_prevails() || cleaner_.depth_spoilt();
   report.status = StatusOf(state_, outcome);
   if (outcome.begins_map) report.reason = TrackingReason::kNone;
-  if (depth_spoilt_) report.reason = TrackingReason::kEyesApart;
-  if (fixed_.Prevails()) report.reason = TrackingReason::kFixedInImage;
+  if (cleaner_.depth_spoilt()) report.reason = TrackingReason::kEyesApart;
+  if (cleaner_.fixed_prevails()) report.reason = TrackingReason::kFixedInImage;
   if (report.reason == TrackingReason::kNone && !motion_.dr_trusted()) {
     report.reason = TrackingReason::kDrContradictsVision;
   }
@@ -635,7 +662,7 @@ MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, const
   seen.a = utime_;
   seen.b = image.utime;
   seen.T_ab = T_ab;
-  const bool in_a_row = !VisionBroken() && carried && !depth_spoilt_;
+  const bool in_a_row = !VisionBroken() && carried && !cleaner_.depth_spoilt();
   seen.healthy = in_a_row && report.q >= kHealthyQuality;
   // Enough to see that dead reckoning is far off, which need not wait for full health.
   seen.sure =
@@ -703,20 +730,10 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
     uncertainty_.Shift((T_WC_before.inverse() * T_WC_).Log());
     const SE3 T_correction = T_WC_ * T_WC_before.inverse();
     motion_.MapMoved(T_correction);
-    for (Anchored& a : anchored_) a.T_WO = T_correction * a.T_WO;
+    anchors_.Move(T_correction);
   }
-  if (!update.merged_landmarks.empty()) {
-    std::map<LandmarkId, LandmarkId> merged;
-    for (const LandmarkMerge& m : update.merged_landmarks) merged[m.from] = m.into;
-    for (TrackedPoint& t : tracked_) {
-      // A landmark may be merged more than once; the bound guards against a circle in bad data.
-      for (size_t i = 0; i < merged.size(); ++i) {
-        const auto it = merged.find(t.id);
-        if (it == merged.end()) break;
-        t.id = it->second;
-      }
-    }
-  }
+  FollowMerges(update.merged_landmarks, &tracked_);
+  standing_.Merge(update.merged_landmarks);
   return true;
 }
 

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/data/files/faults.h"
 #include "tools/data/files/format.h"
 #include "tools/data/import/gyro_alignment.h"
-#include "tools/data/import/image_file.h"
+#include "tools/data/import/image_list.h"
 #include "tools/data/import/imu_check.h"
 #include "tools/data/import/sensor_yaml.h"
 #include "tools/data/import/stated_size.h"
@@ -34,31 +35,13 @@ Result<fs::path> FindCalibration(const fs::path& source, const CidSimsOptions& o
                                          "--calibration FILE"};
 }
 
-Result<std::vector<FrameFiles>> ListedFrames(const fs::path& source) {
-  const Result<TextTable> table =
-      TextTable::Read(source / "associations.txt", "lines `t color/t.png t depth/t.png`");
-  if (!table) return table.error();
-  std::vector<FrameFiles> files;
-  for (const TextRow& row : table->rows()) {
-    const Result<Utime> utime = row.Seconds(0);
-    if (!utime) return utime.error();
-    if (row.size() < 4) return row.BadData("needs `t color/t.png t depth/t.png`");
-    files.push_back({*utime,
-                     source / row.text(1),
-                     {},
-                     source / row.text(3),
-                     table->file().string() + ":" + std::to_string(row.line())});
-  }
-  return files;
-}
-
 Result<std::vector<ImuSample>> ReadImu(const fs::path& file, std::vector<std::string>& warnings) {
   const Result<TextTable> table = TextTable::Read(file, "lines `t wx wy wz ax ay az`");
   if (!table) return table.error();
   std::vector<ImuSample> samples;
   SpoiltRows spoilt;
-  for (const TextRow& row : table->rows()) {
-    if (spoilt.Skip(row, 0, 7)) continue;
+  const auto read = table->ForEach(warnings, [&](const TextRow& row) -> Result<Done> {
+    if (spoilt.Skip(row, 0, 7)) return Done{};
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     const Result<std::vector<double>> v = row.Numbers(1, 6);
@@ -69,7 +52,9 @@ Result<std::vector<ImuSample>> ReadImu(const fs::path& file, std::vector<std::st
     sample.a_I_m_s2 = {(*v)[3], (*v)[4], (*v)[5]};
     sample.has_accel = true;
     samples.push_back(sample);
-  }
+    return Done{};
+  });
+  if (!read) return read.error();
   const Result<Done> good = spoilt.Report(table->rows().size(), warnings);
   if (!good) return good.error();
   OrderImu(samples, file.filename().string(), warnings);
@@ -103,6 +88,33 @@ SE3 ChooseImuMatrix(const SE3& T_ItoC, ImuMatrix choice, const std::vector<Stamp
     recording.notes.emplace_back("imu", text);
   }
   return inverted < named ? inverse : T_ItoC;
+}
+
+Result<Done> ReadFrames(const fs::path& source, const ReadOptions& options, Recording& recording) {
+  Result<std::vector<FrameFiles>> files =
+      ReadAssociations(source, "associations.txt", recording.warnings);
+  if (!files) return files.error();
+  Result<std::unique_ptr<FrameSource>> frames =
+      MakeFileFrames(*std::move(files), options, recording);
+  if (!frames) return frames.error();
+  recording.frames = *std::move(frames);
+  return Done{};
+}
+
+// Of the camera; empty where there is none.
+Result<std::vector<StampedPose>> ReadTruth(const fs::path& source, Recording& recording) {
+  const char* const name = Exists(source / "groundtruth.txt") ? "groundtruth.txt" : "pose.txt";
+  if (!Exists(source / name)) {
+    recording.warnings.emplace_back(
+        "neither groundtruth.txt nor pose.txt is there: no ground truth in the log");
+    return std::vector<StampedPose>();
+  }
+  Result<std::vector<StampedPose>> T_GC = ReadTrueTrajectory(
+      source / name, "lines `t px py pz qx qy qz qw` of the camera", recording.warnings);
+  if (T_GC) {
+    recording.ground_truth = GroundTruthOfBody(*T_GC, recording.calibration.camera.T_BC);
+  }
+  return T_GC;
 }
 
 }  // namespace
@@ -184,35 +196,17 @@ Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& opti
   const int stated_width = camera.width;
   const int stated_height = camera.height;
 
-  Result<std::vector<FrameFiles>> files = ListedFrames(source);
-  if (!files) return files.error();
-  Result<std::unique_ptr<FrameSource>> frames =
-      MakeFileFrames(*std::move(files), options, recording);
-  if (!frames) return frames.error();
-  recording.frames = *std::move(frames);
-  const Result<Done> fits = FitStatedSize(stated_width, stated_height, calibration_file->string(),
-                                          camera, &camera.left, recording.warnings);
-  if (!fits) return fits.error();
-
-  std::vector<StampedPose> T_GC;
-  const char* const truth_name =
-      Exists(source / "groundtruth.txt") ? "groundtruth.txt" : "pose.txt";
-  if (Exists(source / truth_name)) {
-    Result<std::vector<StampedPose>> poses = ReadTrueTrajectory(
-        source / truth_name, "lines `t px py pz qx qy qz qw` of the camera", recording.warnings);
-    if (!poses) return poses.error();
-    T_GC = *std::move(poses);
-    recording.ground_truth = GroundTruthOfBody(T_GC, camera.T_BC);
-  } else {
-    recording.warnings.emplace_back(
-        "neither groundtruth.txt nor pose.txt is there: no ground truth in the log");
+  tools::Faults faults;
+  faults.Passed(ReadFrames(source, options, recording));
+  if (recording.frames) {
+    faults.Passed(FitStatedSize(stated_width, stated_height, calibration_file->string(), camera,
+                                &camera.left, recording.warnings));
   }
-
+  const auto T_GC = ReadTruth(source, recording);
+  faults.Passed(T_GC);
   if (Exists(source / "imu.txt")) {
     Result<std::vector<ImuSample>> imu = ReadImu(source / "imu.txt", recording.warnings);
-    if (!imu) return imu.error();
-    recording.imu = *std::move(imu);
-    SetImuPose(*T_ItoC, options.imu_matrix, T_GC, recording);
+    if (faults.Passed(imu)) recording.imu = *std::move(imu);
   } else {
     recording.warnings.emplace_back("imu.txt is not there: no IMU in the log");
   }
@@ -220,11 +214,12 @@ Result<Recording> ReadCidSims(const fs::path& source, const CidSimsOptions& opti
     const Result<std::vector<StampedPose>> odometry =
         ReadTumTrajectory(source / "odom.txt", "lines `t px py pz qx qy qz qw vx vy vz wx wy wz`",
                           recording.warnings);
-    if (!odometry) return odometry.error();
-    recording.wheel = WheelIncrements(*odometry);
+    if (faults.Passed(odometry)) recording.wheel = WheelIncrements(*odometry);
   } else {
     recording.warnings.emplace_back("odom.txt is not there: no wheel odometry in the log");
   }
+  if (!faults.empty()) return faults.error();
+  if (!recording.imu.empty()) SetImuPose(*T_ItoC, options.imu_matrix, *T_GC, recording);
   return recording;
 }
 

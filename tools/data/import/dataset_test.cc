@@ -80,7 +80,7 @@ void ExpectGoodLog(Recording& recording) {
   ASSERT_TRUE(config) << config.error().message;
   EXPECT_TRUE(MakeCameraGeometry(config->calibration));
   const fs::path log = folder.path() / "o.lcm";
-  const auto written = WriteLog(recording, log, [](size_t, size_t) {});
+  const auto written = WriteLog(recording, log, false, [](size_t, size_t) {});
   ASSERT_TRUE(written) << written.error().message;
   const auto report = tools::InspectLog(log.string(), tools::InspectDepth::kDecode);
   ASSERT_TRUE(report);

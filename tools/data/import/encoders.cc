@@ -48,14 +48,16 @@ Result<std::vector<WheelSample>> ReadEncoders(const std::filesystem::path& file,
   if (!table) return table.error();
   std::vector<Reading> readings;
   SpoiltRows spoilt;
-  for (const TextRow& row : table->rows()) {
-    if (spoilt.Skip(row, 0, 3)) continue;
+  const auto read = table->ForEach(warnings, [&](const TextRow& row) -> Result<Done> {
+    if (spoilt.Skip(row, 0, 3)) return Done{};
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     const Result<std::vector<double>> ticks = row.Numbers(1, 2);
     if (!ticks) return ticks.error();
     readings.push_back({*utime, (*ticks)[0], (*ticks)[1]});
-  }
+    return Done{};
+  });
+  if (!read) return read.error();
   Result<Done> good = spoilt.Report(table->rows().size(), warnings);
   if (good) good = MakeOrdered(readings, file.filename().string(), warnings);
   if (!good) return good.error();

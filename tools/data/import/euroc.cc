@@ -6,8 +6,9 @@
 #include <map>
 #include <tuple>
 
+#include "tools/data/files/faults.h"
 #include "tools/data/import/body_frame.h"
-#include "tools/data/import/image_file.h"
+#include "tools/data/import/image_list.h"
 #include "tools/data/import/imu_check.h"
 #include "tools/data/import/sensor_yaml.h"
 #include "tools/data/import/stated_size.h"
@@ -15,6 +16,7 @@
 #include "tools/data/import/streams.h"
 #include "tools/data/import/text_table.h"
 #include "tools/data/import/trajectory.h"
+#include "tools/data/import/undistorted_frames.h"
 
 namespace gw::importer {
 namespace {
@@ -30,7 +32,46 @@ struct Eye {
   PinholeIntrinsics intrinsics;
   SE3 T_BC;
   std::vector<double> resolution;  // width, height that the intrinsics are stated for; or empty
+  std::vector<double> fisheye;     // k1 k2 k3 k4 of an equidistant lens; or empty
 };
+
+// An equidistant lens makes an image of the same focal length without distortion; the front-end
+// knows no other. Empty for other lenses.
+Result<std::optional<Undistorter>> UndistorterOf(const Eye& eye, const fs::path& file,
+                                                 const CameraCalibration& camera) {
+  if (eye.fisheye.empty()) return std::optional<Undistorter>();
+  if (!eye.resolution.empty() &&
+      (eye.resolution[0] != camera.width || eye.resolution[1] != camera.height)) {
+    return Error{ErrorCode::kBadData,
+                 file.string() +
+                     ": resolution is not that of the images; calibrate the fisheye lens in the "
+                     "images' own size"};
+  }
+  RosCameraInfo info;
+  info.width = camera.width;
+  info.height = camera.height;
+  info.model = "equidistant";
+  info.D = eye.fisheye;
+  const PinholeIntrinsics& k = eye.intrinsics;
+  info.K = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
+  return std::optional<Undistorter>(std::in_place, info, k, Eigen::Matrix3d::Identity());
+}
+
+Result<Done> UndistortFisheyes(const fs::path& mav, const Eye& left, const Eye& right,
+                               Recording& recording) {
+  if (left.fisheye.empty() && right.fisheye.empty()) return Done{};
+  const CameraCalibration& camera = recording.calibration.camera;
+  auto left_lens = UndistorterOf(left, mav / "cam0" / "sensor.yaml", camera);
+  auto right_lens = UndistorterOf(right, mav / "cam1" / "sensor.yaml", camera);
+  tools::Faults faults;
+  faults.Passed(left_lens);
+  faults.Passed(right_lens);
+  if (!faults.empty()) return faults.error();
+  recording.frames =
+      UndistortFrames(std::move(recording.frames), *std::move(left_lens), *std::move(right_lens));
+  recording.notes.emplace_back("camera", "equidistant lens, undistorted on import");
+  return Done{};
+}
 
 Result<Eye> ReadEye(const fs::path& file, std::vector<std::string>& warnings) {
   const Result<SensorYaml> yaml = SensorYaml::Read(file, "the calibration of a camera");
@@ -45,26 +86,36 @@ Result<Eye> ReadEye(const fs::path& file, std::vector<std::string>& warnings) {
   }
   const Result<std::string> model = yaml->Text("distortion_model");
   if (!model) return model.error();
-  if (*model != "radial-tangential") {
+  const bool fisheye = *model == "equidistant";
+  if (*model != "radial-tangential" && !fisheye) {
     return yaml->BadData("distortion_model",
-                         "is '" + *model + "'; only radial-tangential can be imported");
+                         "is '" + *model + "'; radial-tangential and equidistant can be imported");
   }
   const Result<std::vector<double>> focal = yaml->Numbers("intrinsics", 4);
   if (!focal) return focal.error();
-  const Result<std::vector<double>> radtan = yaml->Numbers("distortion_coefficients", 0);
-  if (!radtan) return radtan.error();
-  if (radtan->size() < 4 || radtan->size() > 5) {
-    return yaml->BadData("distortion_coefficients", "must hold k1, k2, p1, p2 and perhaps k3");
+  if ((*focal)[0] <= 0 || (*focal)[1] <= 0) {
+    return yaml->BadData("intrinsics", "holds fx or fy that is not positive (fx, fy, cx, cy)");
+  }
+  const Result<std::vector<double>> distortion = yaml->Numbers("distortion_coefficients", 0);
+  if (!distortion) return distortion.error();
+  if (distortion->size() < 4 || distortion->size() > (fisheye ? 4 : 5)) {
+    return yaml->BadData(
+        "distortion_coefficients",
+        fisheye ? "must hold k1, k2, k3, k4" : "must hold k1, k2, p1, p2 and perhaps k3");
   }
   const Result<SE3> T_BC = yaml->Pose("T_BS", warnings);
   if (!T_BC) return T_BC.error();
-  Eye eye{{(*focal)[0], (*focal)[1], (*focal)[2], (*focal)[3], {}}, *T_BC, {}};
+  Eye eye{{(*focal)[0], (*focal)[1], (*focal)[2], (*focal)[3], {}}, *T_BC, {}, {}};
   if (yaml->Has("resolution")) {
     const Result<std::vector<double>> resolution = yaml->Numbers("resolution", 2);
     if (!resolution) return resolution.error();
     eye.resolution = *resolution;
   }
-  std::copy(radtan->begin(), radtan->end(), eye.intrinsics.radtan.begin());
+  if (fisheye) {
+    eye.fisheye = *distortion;
+  } else {
+    std::copy(distortion->begin(), distortion->end(), eye.intrinsics.radtan.begin());
+  }
   return eye;
 }
 
@@ -84,18 +135,27 @@ fs::path ImageFolder(const fs::path& camera) {
   return fs::is_directory(camera / target, ignored) ? camera / target : data;
 }
 
-Result<std::map<int64_t, ImageEntry>> ReadImageList(const fs::path& camera) {
+Result<std::map<int64_t, ImageEntry>> ReadCameraList(const fs::path& camera,
+                                                     std::vector<std::string>& warnings) {
   const Result<TextTable> table =
       TextTable::Read(camera / "data.csv", "lines `timestamp_ns,filename` of a camera");
   if (!table) return table.error();
   const fs::path folder = ImageFolder(camera);
   std::map<int64_t, ImageEntry> list;
-  for (const TextRow& row : table->rows()) {
+  const auto read = table->ForEach(warnings, [&](const TextRow& row) -> Result<Done> {
     const Result<int64_t> ns = row.Nanoseconds(0);
     if (!ns) return ns.error();
     if (row.size() < 2) return row.BadData("the file name is missing");
-    list.emplace(*ns, ImageEntry{folder / row.text(1),
-                                 table->file().string() + ":" + std::to_string(row.line())});
+    list.emplace(*ns, ImageEntry{ListedFile(folder, row), row.place()});
+    return Done{};
+  });
+  if (!read) return read.error();
+  if (2 * list.size() < table->rows().size()) {
+    return Error{ErrorCode::kBadData,
+                 table->file().string() + ": " +
+                     std::to_string(table->rows().size() - list.size()) + " of " +
+                     std::to_string(table->rows().size()) +
+                     " lines repeat a time; did the times lose digits when they were written?"};
   }
   return list;
 }
@@ -129,21 +189,22 @@ Result<Done> ReadCameras(const fs::path& mav, const ReadOptions& options, Record
     return Error{ErrorCode::kNotFound,
                  (mav / "cam1").string() + ": not there; only stereo recordings can be imported"};
   }
+  tools::Faults faults;
   const Result<Eye> left = ReadEye(mav / "cam0" / "sensor.yaml", recording.warnings);
-  if (!left) return left.error();
   const Result<Eye> right = ReadEye(mav / "cam1" / "sensor.yaml", recording.warnings);
-  if (!right) return right.error();
+  const auto left_images = ReadCameraList(mav / "cam0", recording.warnings);
+  const auto right_images = ReadCameraList(mav / "cam1", recording.warnings);
+  faults.Passed(left);
+  faults.Passed(right);
+  faults.Passed(left_images);
+  faults.Passed(right_images);
+  if (!faults.empty()) return faults.error();
   CameraCalibration& camera = recording.calibration.camera;
   camera.kind = CameraKind::kStereo;
   camera.left = left->intrinsics;
   camera.right = right->intrinsics;
   camera.T_BC = left->T_BC;
   camera.T_C0C1 = left->T_BC.inverse() * right->T_BC;
-
-  const Result<std::map<int64_t, ImageEntry>> left_images = ReadImageList(mav / "cam0");
-  if (!left_images) return left_images.error();
-  const Result<std::map<int64_t, ImageEntry>> right_images = ReadImageList(mav / "cam1");
-  if (!right_images) return right_images.error();
   std::vector<FrameFiles> files = PairImages(*left_images, *right_images, recording.warnings);
   if (files.empty()) {
     return Error{ErrorCode::kBadData, (mav / "cam1" / "data.csv").string() +
@@ -161,14 +222,14 @@ Result<Done> ReadCameras(const fs::path& mav, const ReadOptions& options, Record
   recording.frames = *std::move(frames);
   for (const auto& [name, eye, intrinsics] :
        {std::tuple{"cam0", &*left, &camera.left}, {"cam1", &*right, &camera.right}}) {
-    if (eye->resolution.empty()) continue;
+    if (eye->resolution.empty() || !eye->fisheye.empty()) continue;
     const Result<Done> fits =
         FitStatedSize(eye->resolution[0], eye->resolution[1], (mav / name / "sensor.yaml").string(),
                       camera, intrinsics, recording.warnings);
     if (!fits) return fits.error();
   }
   SetStereoRange(camera);
-  return Done{};
+  return UndistortFisheyes(mav, *left, *right, recording);
 }
 
 Result<Done> ReadImu(const fs::path& folder, Recording& recording) {
@@ -192,8 +253,8 @@ Result<Done> ReadImu(const fs::path& folder, Recording& recording) {
       TextTable::Read(folder / "data.csv", "lines `timestamp_ns,wx,wy,wz,ax,ay,az`");
   if (!table) return table.error();
   SpoiltRows spoilt;
-  for (const TextRow& row : table->rows()) {
-    if (spoilt.Skip(row, 0, 7)) continue;
+  const auto read = table->ForEach(recording.warnings, [&](const TextRow& row) -> Result<Done> {
+    if (spoilt.Skip(row, 0, 7)) return Done{};
     const Result<int64_t> ns = row.Nanoseconds(0);
     if (!ns) return ns.error();
     const Result<std::vector<double>> v = row.Numbers(1, 6);
@@ -204,7 +265,9 @@ Result<Done> ReadImu(const fs::path& folder, Recording& recording) {
     sample.a_I_m_s2 = {(*v)[3], (*v)[4], (*v)[5]};
     sample.has_accel = true;
     recording.imu.push_back(sample);
-  }
+    return Done{};
+  });
+  if (!read) return read.error();
   OrderImu(recording.imu, "imu0/data.csv", recording.warnings);
   return spoilt.Report(table->rows().size(), recording.warnings);
 }
@@ -258,15 +321,17 @@ Result<Done> ReadWheels(const fs::path& folder, Recording& recording) {
   if (!table) return table.error();
   std::vector<StampedPose> T_OB;
   SpoiltRows spoilt;
-  for (const TextRow& row : table->rows()) {
-    if (spoilt.Skip(row, 0, 4)) continue;
+  const auto read = table->ForEach(recording.warnings, [&](const TextRow& row) -> Result<Done> {
+    if (spoilt.Skip(row, 0, 4)) return Done{};
     const Result<int64_t> ns = row.Nanoseconds(0);
     if (!ns) return ns.error();
     const Result<std::vector<double>> v = row.Numbers(1, 3);
     if (!v) return v.error();
     T_OB.push_back(
         {UtimeFromNanoseconds(*ns), SE3(ExpSO3({0, 0, (*v)[2]}), {(*v)[0], (*v)[1], 0})});
-  }
+    return Done{};
+  });
+  if (!read) return read.error();
   Result<Done> good = spoilt.Report(table->rows().size(), recording.warnings);
   if (good) good = MakeOrdered(T_OB, "odom0/data.csv", recording.warnings);
   recording.wheel = WheelIncrements(T_OB);
@@ -288,8 +353,8 @@ Result<Done> ReadGroundTruth(const fs::path& folder, Recording& recording) {
   if (!table) return table.error();
   std::vector<StampedPose> T_GS;
   SpoiltRows spoilt;
-  for (const TextRow& row : table->rows()) {
-    if (spoilt.Skip(row, 0, 8)) continue;
+  const auto read = table->ForEach(recording.warnings, [&](const TextRow& row) -> Result<Done> {
+    if (spoilt.Skip(row, 0, 8)) return Done{};
     const Result<int64_t> ns = row.Nanoseconds(0);
     if (!ns) return ns.error();
     const Result<std::vector<double>> v = row.Numbers(1, 7);
@@ -297,10 +362,12 @@ Result<Done> ReadGroundTruth(const fs::path& folder, Recording& recording) {
     const Eigen::Quaterniond q((*v)[3], (*v)[4], (*v)[5], (*v)[6]);
     if (std::abs(q.norm() - 1) > 0.05) {
       spoilt.Add(row, "the quaternion's norm is not 1");
-      continue;
+      return Done{};
     }
     T_GS.push_back({UtimeFromNanoseconds(*ns), SE3(q, {(*v)[0], (*v)[1], (*v)[2]})});
-  }
+    return Done{};
+  });
+  if (!read) return read.error();
   Result<Done> good = spoilt.Report(table->rows().size(), recording.warnings);
   if (good) {
     good = MakeOrdered(T_GS, folder.filename().string() + "/data.csv", recording.warnings);
@@ -325,27 +392,23 @@ Result<Recording> ReadEuroc(const fs::path& source, const ReadOptions& options) 
   Recording recording;
   recording.format = "euroc";
   recording.name = FolderName(source);
-  const Result<Done> cameras = ReadCameras(mav, options, recording);
-  if (!cameras) return cameras.error();
+  tools::Faults faults;
+  faults.Passed(ReadCameras(mav, options, recording));
   if (Exists(mav / "imu0")) {
-    const Result<Done> imu = ReadImu(mav / "imu0", recording);
-    if (!imu) return imu.error();
+    faults.Passed(ReadImu(mav / "imu0", recording));
   } else {
     recording.warnings.emplace_back("imu0 is not there: no IMU in the log");
   }
   if (Exists(mav / "state_groundtruth_estimate0")) {
-    const Result<Done> truth = ReadGroundTruth(mav / "state_groundtruth_estimate0", recording);
-    if (!truth) return truth.error();
+    faults.Passed(ReadGroundTruth(mav / "state_groundtruth_estimate0", recording));
   } else {
     recording.warnings.emplace_back(
         "state_groundtruth_estimate0 is not there: no ground truth in the log");
   }
-  if (Exists(mav / "odom0")) {
-    const Result<Done> wheels = ReadWheels(mav / "odom0", recording);
-    if (!wheels) return wheels.error();
-    const Result<Done> frame = UseWheelFrame(mav / "odom0" / "sensor.yaml", recording);
-    if (!frame) return frame.error();
+  if (Exists(mav / "odom0") && faults.Passed(ReadWheels(mav / "odom0", recording))) {
+    faults.Passed(UseWheelFrame(mav / "odom0" / "sensor.yaml", recording));
   }
+  if (!faults.empty()) return faults.error();
   recording.notes.emplace_back(
       "calibration",
       "images are not rectified; the calibration holds distortion and the pose between the eyes");

@@ -82,6 +82,70 @@ TEST(Euroc, EyesMillisecondsApartArePairedWithAWarning) {
   ExpectError(ReadEuroc(folder.path(), {}), ErrorCode::kBadData, {"no stamp is near"});
 }
 
+TEST(Euroc, NamesWithBlanksAndFilesFromWindowsAreRead) {
+  const TestFolder folder;
+  WriteEuroc(folder);
+  folder.WriteGrey("mav0/cam0/data/left 1.png", 'a');
+  folder.Write("mav0/cam0/data.csv",
+               "\xEF\xBB\xBF#timestamp [ns],filename\r\n1403715273262142976,left 1.png\r\n"
+               "1403715273312143104,\"b.png\"");
+  const auto recording = ReadEuroc(folder.path(), {});
+  ASSERT_TRUE(recording) << recording.error().message;
+  ASSERT_EQ(recording->frames->size(), 2u);
+  for (size_t i = 0; i < 2; ++i) EXPECT_TRUE(recording->frames->Load(i)) << i;
+}
+
+TEST(Euroc, AllFaultsOfAFolderAreNamedTogether) {
+  const TestFolder folder;
+  WriteEuroc(folder);
+  folder.Write("mav0/cam0/data.csv", "x,a.png\n");
+  folder.Write("mav0/cam1/sensor.yaml", "camera_model: pinhole\n");
+  folder.Write("mav0/imu0/data.csv", "1403715273262142976,1,2\n");
+  folder.Write("mav0/state_groundtruth_estimate0/data.csv", "1403715273262142976,1\n");
+  ExpectError(ReadEuroc(folder.path(), {}), ErrorCode::kBadData,
+              {"cam0/data.csv:1: ", "cam1/sensor.yaml",
+               "imu0/data.csv:1: ", "state_groundtruth_estimate0/data.csv:1: "});
+}
+
+// A point 45 degrees off the axis: the fisheye has it at f pi/4, the image without distortion at f.
+TEST(Euroc, EquidistantLensesAreUndistorted) {
+  const TestFolder folder;
+  WriteEuroc(folder);
+  const std::string tail =
+      "camera_model: pinhole\nintrinsics: [24, 24, 40, 32]\ndistortion_model: equidistant\n"
+      "distortion_coefficients: [0, 0, 0, 0]\nresolution: [80, 64]\n";
+  folder.Write("mav0/cam0/sensor.yaml",
+               "T_BS:\n  data: [0,0,1,0.1, -1,0,0,0.05, 0,-1,0,0, 0,0,0,1]\n" + tail);
+  folder.Write("mav0/cam1/sensor.yaml",
+               "T_BS:\n  data: [0,0,1,0.1, -1,0,0,-0.05, 0,-1,0,0, 0,0,0,1]\n" + tail);
+  cv::Mat image(64, 80, CV_8UC1, cv::Scalar(0));
+  const int x = static_cast<int>(std::lround(40 + 24 * M_PI / 4));
+  image.col(x).setTo(200);
+  folder.WriteImage("mav0/cam0/data/a.png", image);
+  const auto recording = ReadEuroc(folder.path(), {});
+  ASSERT_TRUE(recording) << recording.error().message;
+  const auto pixels = recording->frames->Load(0);
+  ASSERT_TRUE(pixels) << pixels.error().message;
+  const auto row = pixels->left.bytes.begin() + 80 * 32;
+  EXPECT_NEAR(std::max_element(row, row + 80) - row, 40 + 24, 1);
+  EXPECT_FALSE(recording->calibration.camera.left.distorted());
+  folder.Write("mav0/cam0/sensor.yaml",
+               "T_BS:\n  data: [0,0,1,0.1, -1,0,0,0.05, 0,-1,0,0, 0,0,0,1]\n"
+               "camera_model: pinhole\nintrinsics: [24, 24, 40, 32]\n"
+               "distortion_model: equidistant\ndistortion_coefficients: [0, 0, 0, 0]\n"
+               "resolution: [160, 128]\n");
+  ExpectError(ReadEuroc(folder.path(), {}), ErrorCode::kBadData, {"cam0/sensor.yaml: resolution"});
+}
+
+TEST(Euroc, TimesThatLostTheirDigitsAreAnError) {
+  const TestFolder folder;
+  WriteEuroc(folder);
+  std::string list;
+  for (int i = 0; i < 8; ++i) list += std::to_string(1403715273000000000 + i / 4) + ",a.png\n";
+  folder.Write("mav0/cam0/data.csv", list);
+  ExpectError(ReadEuroc(folder.path(), {}), ErrorCode::kBadData, {"6 of 8 lines repeat a time"});
+}
+
 TEST(Euroc, AcceptsTheInnerFolderAndRecordingsWithoutImu) {
   const TestFolder folder;
   WriteEuroc(folder);
@@ -187,7 +251,7 @@ TEST(Euroc, BadFoldersAreRefusedWithFileAndLine) {
       {"mav0/cam0/data.csv", "#\n12\n", {"cam0/data.csv:2: the file name"}},
       {"mav0/cam1/data.csv", "12,a.png\n", {"no stamp is near"}},
       {"mav0/cam0/sensor.yaml", EurocCamera("[1,2]"), {"sensor.yaml:4: T_BS"}},
-      {"mav0/cam0/sensor.yaml", "distortion_model: equidistant\n", {"only radial-tangential"}},
+      {"mav0/cam0/sensor.yaml", "distortion_model: omni\n", {"radial-tangential and equidistant"}},
       {"mav0/cam0/sensor.yaml", "camera_model: omni\n", {"camera_model", "only pinhole"}},
       {"mav0/imu0/sensor.yaml", "a: 1\n", {"imu0/sensor.yaml:1: T_BS: is missing"}},
       {"mav0/imu0/data.csv", "1,2,3,4,5,6\n", {"imu0/data.csv:1: "}},

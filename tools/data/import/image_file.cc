@@ -3,6 +3,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
+#include "tools/data/files/faults.h"
 #include "tools/data/import/streams.h"
 
 namespace gw::importer {
@@ -85,6 +86,39 @@ class FileFrames : public FrameSource {
   int width_, height_;
 };
 
+// False when a file of the frame is not there; each such is named.
+bool NameMissingFiles(const FrameFiles& frame, tools::Faults& faults) {
+  bool complete = true;
+  for (const std::filesystem::path* file : {&frame.left, &frame.right, &frame.depth}) {
+    std::error_code ignored;
+    if (file->empty() || std::filesystem::is_regular_file(*file, ignored)) continue;
+    faults.Add({ErrorCode::kNotFound, frame.listed_at + ": " + file->string() + " is not there"});
+    complete = false;
+  }
+  return complete;
+}
+
+// The first image that can be read: without skip_missing the very first, or a fault.
+Image FirstImage(const std::vector<FrameFiles>& files, const ReadOptions& options,
+                 tools::Faults& faults) {
+  for (const FrameFiles& frame : files) {
+    Result<Image> image = LoadGreyImage(frame.left);
+    if (image) return *std::move(image);
+    faults.Add(image.error());
+    if (!options.skip_missing) break;
+  }
+  return {};
+}
+
+// Where files are not there, whoever restores them wants to know of those that are broken too.
+void NameBrokenImages(const std::vector<FrameFiles>& files, tools::Faults& faults) {
+  for (const FrameFiles& frame : files) {
+    faults.Passed(LoadGreyImage(frame.left));
+    if (!frame.right.empty()) faults.Passed(LoadGreyImage(frame.right));
+    if (!frame.depth.empty()) faults.Passed(LoadDepthImage(frame.depth));
+  }
+}
+
 }  // namespace
 
 Result<Image> LoadGreyImage(const std::filesystem::path& file) {
@@ -123,41 +157,39 @@ Result<std::unique_ptr<FrameSource>> MakeFileFrames(std::vector<FrameFiles> file
   if (!ordered) return ordered.error();
   std::vector<FrameFiles> present;
   std::vector<Utime> times;
+  tools::Faults faults;
   for (FrameFiles& frame : files) {
-    const std::filesystem::path* missing = nullptr;
-    for (const std::filesystem::path* file : {&frame.left, &frame.right, &frame.depth}) {
-      std::error_code ignored;
-      if (!file->empty() && !std::filesystem::is_regular_file(*file, ignored)) missing = file;
-    }
-    if (missing != nullptr && !options.skip_missing) {
-      return Error{ErrorCode::kNotFound,
-                   frame.listed_at + ": " + missing->string() +
-                       " is not there; restore it, or leave such frames out with --skip-missing"};
-    }
-    if (missing != nullptr) {
+    const bool complete = NameMissingFiles(frame, faults);
+    if (!complete) {
       ++recording.skipped_frames;
       continue;
     }
     times.push_back(frame.utime);
     present.push_back(std::move(frame));
   }
-  if (present.empty()) {
+  if (present.empty() && (options.skip_missing || faults.empty())) {
     return Error{ErrorCode::kNotFound, recording.name + ": holds no complete frame"};
   }
-  const Result<Image> first = LoadGreyImage(present.front().left);
-  if (!first) return first.error();
-  if (first->converted) {
+  const Image first = FirstImage(present, options, faults);
+  if (!faults.empty() && !options.skip_missing) {
+    NameBrokenImages(present, faults);
+    faults.Add(
+        {ErrorCode::kNotFound, "restore them, or leave such frames out with --skip-missing"});
+    return faults.error();
+  }
+  if (first.bytes.empty()) return faults.error();
+  if (first.converted) {
     recording.notes.emplace_back("images", std::string("colour, converted: ") + kGreyConversion);
   } else {
     recording.notes.emplace_back("images", "8-bit grey, stored as they are");
   }
   CameraCalibration& camera = recording.calibration.camera;
-  camera.width = first->width;
-  camera.height = first->height;
+  camera.width = first.width;
+  camera.height = first.height;
   const double rate_hz = MedianRateHz(times);
   if (rate_hz > 0) camera.rate_hz = rate_hz;
   return std::unique_ptr<FrameSource>(
-      std::make_unique<FileFrames>(std::move(present), first->width, first->height));
+      std::make_unique<FileFrames>(std::move(present), first.width, first.height));
 }
 
 }  // namespace gw::importer

@@ -31,7 +31,8 @@ struct FrameFiles {
 };
 
 // Leaves out (skip_missing) or refuses frames with a file that is not there, reads the image size
-// of the first one into the camera calibration, and its rate.
+// of the first one that can be read into the camera calibration, and its rate. The error names
+// every file that is not there or cannot be read.
 Result<std::unique_ptr<FrameSource>> MakeFileFrames(std::vector<FrameFiles> files,
                                                     const ReadOptions& options,
                                                     Recording& recording);

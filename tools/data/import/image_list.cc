@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "tools/data/files/format.h"
 #include "tools/data/import/streams.h"
-#include "tools/data/import/text_table.h"
 
 namespace gw::importer {
 namespace {
@@ -14,26 +14,24 @@ std::vector<Utime> Times(const std::vector<ListedImage>& images) {
   return times;
 }
 
-// The file of a list; names that were written on Windows have back-slashes.
-std::filesystem::path ImagePath(const std::filesystem::path& source, std::string name) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(source / name, ignored)) {
-    std::replace(name.begin(), name.end(), '\\', '/');
-  }
-  return source / name;
-}
-
 enum class Second { kRight, kDepth };
+
+// By how much the times of a pair may differ.
+DurationUs LargestDifference(const std::vector<Utime>& first, Second kind) {
+  return kind == Second::kDepth ? Milliseconds(20) : LargestEyeDifference(first);
+}
 
 Result<std::vector<FrameFiles>> Pair(const std::vector<ListedImage>& first,
                                      const std::vector<ListedImage>& second, Second kind,
                                      std::vector<std::string>& warnings) {
   const bool depth = kind == Second::kDepth;
-  const DurationUs limit = depth ? Milliseconds(20) : Milliseconds(2);
-  const std::string partner = std::string(depth ? "depth" : "right") + " image within " +
-                              std::to_string(limit.us / 1000) + " ms";
+  const std::vector<Utime> times = Times(first);
+  const DurationUs limit = LargestDifference(times, kind);
+  const std::string partner =
+      tools::Format("%s image within %.4g ms", depth ? "depth" : "right", limit.seconds() * 1e3);
   std::vector<FrameFiles> files;
-  for (const auto& [i, j] : AssociateNearest(Times(first), Times(second), limit)) {
+  for (const auto& [i, j] : depth ? AssociateNearest(times, Times(second), limit)
+                                  : PairEyes(times, Times(second), warnings)) {
     files.push_back({first[i].utime, first[i].file, depth ? "" : second[j].file,
                      depth ? second[j].file : "", first[i].listed_at});
   }
@@ -48,7 +46,67 @@ Result<std::vector<FrameFiles>> Pair(const std::vector<ListedImage>& first,
   return files;
 }
 
+bool IsFile(const std::filesystem::path& file) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(file, ignored);
+}
+
+std::string WithSlashes(std::string name) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  return name;
+}
+
+// True when the first of two images that belong together is the depth.
+bool FirstIsDepth(const std::vector<FrameFiles>& files) {
+  for (const FrameFiles& frame : files) {
+    if (LoadDepthImage(frame.left)) return true;
+    if (LoadDepthImage(frame.depth)) return false;
+  }
+  return !files.empty() && files.front().left.string().find("depth") != std::string::npos;
+}
+
 }  // namespace
+
+std::filesystem::path ListedFile(const std::filesystem::path& folder, const TextRow& row) {
+  const std::string& rest = row.after_first();
+  const std::string without_commas = rest.substr(0, rest.find_last_not_of(" ,") + 1);
+  for (const std::string& name : {rest, without_commas, row.text(1)}) {
+    for (const std::string& spelt : {name, WithSlashes(name)}) {
+      if (IsFile(folder / spelt)) return folder / spelt;
+    }
+  }
+  return folder / WithSlashes(rest);
+}
+
+Result<std::vector<FrameFiles>> ReadAssociations(const std::filesystem::path& source,
+                                                 const std::string& name,
+                                                 std::vector<std::string>& warnings) {
+  const Result<TextTable> table =
+      TextTable::Read(source / name, "lines `t color/t.png t depth/t.png`");
+  if (!table) return table.error();
+  std::vector<FrameFiles> files;
+  const auto read = table->ForEach(warnings, [&](const TextRow& row) -> Result<Done> {
+    const Result<Utime> utime = row.Seconds(0);
+    if (!utime) return utime.error();
+    if (row.size() < 4) return row.BadData("needs `t color/t.png t depth/t.png`");
+    const Result<Utime> second = row.Seconds(2);
+    if (!second) return second.error();
+    files.push_back({*utime,
+                     source / WithSlashes(row.text(1)),
+                     {},
+                     source / WithSlashes(row.text(3)),
+                     row.place()});
+    return Done{};
+  });
+  if (!read) return read.error();
+  if (FirstIsDepth(files)) {
+    for (FrameFiles& frame : files) std::swap(frame.left, frame.depth);
+    warnings.push_back(name +
+                       ": the first image of a line is the depth, the second the camera's; "
+                       "the time is the depth's");
+  }
+  return files;
+}
 
 Result<std::vector<ListedImage>> ReadImageList(const std::filesystem::path& source,
                                                const std::string& name,
@@ -57,12 +115,14 @@ Result<std::vector<ListedImage>> ReadImageList(const std::filesystem::path& sour
       TextTable::Read(source / name, "lines `timestamp filename` of images");
   if (!table) return table.error();
   std::vector<ListedImage> images;
-  for (const TextRow& row : table->rows()) {
+  const auto read = table->ForEach(warnings, [&](const TextRow& row) -> Result<Done> {
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     if (row.size() < 2) return row.BadData("the file name is missing; is the file cut off here?");
-    images.push_back({*utime, ImagePath(source, row.RestOfLine(1)), row.place()});
-  }
+    images.push_back({*utime, ListedFile(source, row), row.place()});
+    return Done{};
+  });
+  if (!read) return read.error();
   const Result<Done> ordered = MakeOrdered(images, name, warnings);
   if (!ordered) return ordered.error();
   return images;

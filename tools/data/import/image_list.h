@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tools/data/import/image_file.h"
+#include "tools/data/import/text_table.h"
 
 namespace gw::importer {
 
@@ -15,7 +16,19 @@ struct ListedImage {
   std::string listed_at;  // "FILE:LINE"
 };
 
-// In time order, each time once. The rest of a line is the name: it may hold blanks.
+// The file that a row names behind its time. The name may hold blanks and commas, may have been
+// written on Windows with back-slashes, and may be followed by more columns: the first reading of
+// the line that is a file in the folder counts.
+std::filesystem::path ListedFile(const std::filesystem::path& folder, const TextRow& row);
+
+// Images with their depth images, listed together: lines `t image t depth` or `t depth t image`.
+// The depth is the one of 16 bits in the first line that can be read, else the one whose name says
+// depth.
+Result<std::vector<FrameFiles>> ReadAssociations(const std::filesystem::path& source,
+                                                 const std::string& name,
+                                                 std::vector<std::string>& warnings);
+
+// In time order, each time once.
 Result<std::vector<ListedImage>> ReadImageList(const std::filesystem::path& source,
                                                const std::string& name,
                                                std::vector<std::string>& warnings);
@@ -27,8 +40,8 @@ Result<std::vector<FrameFiles>> PairWithDepth(const std::vector<ListedImage>& gr
                                               const std::vector<ListedImage>& depth,
                                               std::vector<std::string>& warnings);
 
-// Left and right images of one exposure: stamps within 2 ms, which is above the jitter of stamps
-// and below the shortest frame period. Error: kBadData when there is no pair.
+// Left and right images of one exposure, as PairEyes pairs them. Error: kBadData when there is no
+// pair.
 Result<std::vector<FrameFiles>> PairStereo(const std::vector<ListedImage>& left,
                                            const std::vector<ListedImage>& right,
                                            std::vector<std::string>& warnings);

@@ -24,6 +24,7 @@
 #include "tools/data/import/odometry.h"
 #include "tools/data/import/openloris.h"
 #include "tools/data/import/rosbag.h"
+#include "tools/data/import/run_check.h"
 #include "tools/data/import/synthetic_dr.h"
 #include "tools/data/import/tum.h"
 #include "tools/data/import/write_log.h"
@@ -36,6 +37,7 @@ struct Arguments {
   TrajectoryFrame frame = TrajectoryFrame::kBody;
   bool skip_missing = false;
   bool json = false;
+  bool no_check = false;
   ImuCheckOptions imu;
 };
 
@@ -46,7 +48,7 @@ void AddCommonOptions(CLI::App& app, Arguments& a) {
   app.add_option("--out", a.log, "LCM log to write")->required();
   app.add_option("--config-out", a.config, "robot configuration (YAML) to write")->required();
   app.add_flag("--skip-missing", a.skip_missing,
-               "leave out and count frames whose image files are not there");
+               "leave out and count frames whose image files are not there or cannot be read");
   app.add_option(
       "--dr-from-groundtruth", a.synthetic_dr,
       "add dead reckoning made from the ground truth: "
@@ -68,6 +70,7 @@ void AddCommonOptions(CLI::App& app, Arguments& a) {
           {"auto", AccelUnit::kAuto}, {"m/s2", AccelUnit::kMetrePerS2}, {"g", AccelUnit::kG}}));
   app.add_option("--imu-time-offset", a.imu.time_offset_s,
                  "s by which the IMU's clock is ahead of the other sensors'; taken off");
+  app.add_flag("--no-check", a.no_check, "do not run gw-check on what was imported");
   app.add_flag("--json", a.json, "print the summary as JSON");
 }
 
@@ -86,7 +89,9 @@ class ProgressLine {
   Clock::time_point last_ = Clock::now();
 };
 
-std::string Summary(const Recording& recording, const LogSummary& log, const Arguments& a) {
+// findings: of gw-check; empty where it did not run.
+std::string Summary(const Recording& recording, const LogSummary& log,
+                    const std::optional<tools::Json>& findings, const Arguments& a) {
   const double duration_s = (log.end - log.begin).seconds();
   if (a.json) {
     return tools::JsonLine({{"program", "gw-import"},
@@ -98,7 +103,8 @@ std::string Summary(const Recording& recording, const LogSummary& log, const Arg
                             {"duration_s", duration_s},
                             {"skipped_frames", recording.skipped_frames},
                             {"channels", log.messages},
-                            {"warnings", recording.warnings}});
+                            {"warnings", recording.warnings},
+                            {"findings", tools::ValueOrNull(findings)}});
   }
   std::string out = fmt::format("{}: {:.3f} s, {:.1f} MB, {} frames skipped\n", a.log, duration_s,
                                 static_cast<double>(log.bytes) * 1e-6, recording.skipped_frames);
@@ -108,7 +114,17 @@ std::string Summary(const Recording& recording, const LogSummary& log, const Arg
   for (const auto& [channel, count] : log.messages) {
     out += fmt::format("  {:<14} {}\n", channel, count);
   }
+  if (findings) out += CheckText(*findings, a.log, a.config);
   return out;
+}
+
+// Of the log that was written; a check that cannot run costs a line, not the import.
+std::optional<tools::Json> CheckFindings(const Arguments& a) {
+  if (a.no_check) return std::nullopt;
+  Result<tools::Json> findings = RunCheck(a.log, a.config);
+  if (findings) return *std::move(findings);
+  std::fprintf(stderr, "gw-import: warning: %s\n", findings.error().message.c_str());
+  return std::nullopt;
 }
 
 // What the log says about its own making.
@@ -146,8 +162,9 @@ Result<Done> Import(Recording recording, const Arguments& a,
   }
   const Result<RobotConfig> config = MakeRobotConfig(recording);
   if (!config) return config.error();
-  const Result<LogSummary> log = WriteLog(recording, a.log, ProgressLine());
+  const Result<LogSummary> log = WriteLog(recording, a.log, a.skip_missing, ProgressLine());
   if (!log) return log.error();
+  recording.skipped_frames += log->broken_frames;
   const Result<Done> config_written =
       tools::WriteTextFile(a.config, WriteRobotConfig(*config, ConfigText::kShort));
   if (!config_written) return config_written.error();
@@ -156,7 +173,7 @@ Result<Done> Import(Recording recording, const Arguments& a,
         tools::WriteTextFile(a.ground_truth_out, GroundTruthText(recording, a.frame));
     if (!written) return written.error();
   }
-  std::fputs(Summary(recording, *log, a).c_str(), stdout);
+  std::fputs(Summary(recording, *log, CheckFindings(a), a).c_str(), stdout);
   return Done{};
 }
 

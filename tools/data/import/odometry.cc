@@ -1,5 +1,6 @@
 #include "tools/data/import/odometry.h"
 
+#include "tools/data/files/faults.h"
 #include "tools/data/import/imu_check.h"
 #include "tools/data/import/nominal_camera.h"
 #include "tools/data/import/text_table.h"
@@ -15,10 +16,10 @@ Result<Done> ReadImu(const OdometryOptions& options, Recording& recording) {
                                                : "lines `t wx wy wz` or `t wx wy wz ax ay az`");
   if (!table) return table.error();
   SpoiltRows spoilt;
-  for (const TextRow& row : table->rows()) {
+  const auto read = table->ForEach(recording.warnings, [&](const TextRow& row) -> Result<Done> {
     const bool has_accel = accel_first || row.size() > 4;
     const size_t columns = has_accel ? 6 : 3;
-    if (spoilt.Skip(row, 0, columns + 1)) continue;
+    if (spoilt.Skip(row, 0, columns + 1)) return Done{};
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     const Result<std::vector<double>> v = row.Numbers(1, columns);
@@ -32,7 +33,9 @@ Result<Done> ReadImu(const OdometryOptions& options, Recording& recording) {
     sample.w_I_rad_s = vector(accel_first ? 3 : 0);
     if (has_accel) sample.a_I_m_s2 = vector(accel_first ? 0 : 3);
     recording.imu.push_back(sample);
-  }
+    return Done{};
+  });
+  if (!read) return read.error();
   const Result<Done> good = spoilt.Report(table->rows().size(), recording.warnings);
   if (good) OrderImu(recording.imu, options.imu.filename().string(), recording.warnings);
   recording.notes.emplace_back(
@@ -48,26 +51,25 @@ Result<Recording> ReadOdometry(const std::filesystem::path& source,
   recording.format = "odometry";
   recording.name = FolderName(std::filesystem::absolute(source).parent_path());
   SetNominalCamera("odometry alone", recording);
+  tools::Faults faults;
   const auto T_OB =
       ReadTumTrajectory(source, "lines `t x y z qx qy qz qw` of odometry", recording.warnings);
-  if (!T_OB) return T_OB.error();
-  recording.wheel = WheelIncrements(*T_OB);
-  if (recording.wheel.empty()) {
-    return Error{ErrorCode::kBadData,
-                 source.string() + ": holds a single pose; increments need at least two"};
+  if (faults.Passed(T_OB)) {
+    recording.wheel = WheelIncrements(*T_OB);
+    if (recording.wheel.empty()) {
+      faults.Add({ErrorCode::kBadData,
+                  source.string() + ": holds a single pose; increments need at least two"});
+    }
   }
   recording.notes.emplace_back("wheel",
                                "increments between the poses of " + source.filename().string());
-  if (!options.imu.empty()) {
-    const Result<Done> imu = ReadImu(options, recording);
-    if (!imu) return imu.error();
-  }
+  if (!options.imu.empty()) faults.Passed(ReadImu(options, recording));
   if (!options.ground_truth.empty()) {
     const auto T_GB = ReadTrueTrajectory(
         options.ground_truth, "lines `t x y z qx qy qz qw` of the body", recording.warnings);
-    if (!T_GB) return T_GB.error();
-    recording.ground_truth = GroundTruthOfBody(*T_GB, SE3());
+    if (faults.Passed(T_GB)) recording.ground_truth = GroundTruthOfBody(*T_GB, SE3());
   }
+  if (!faults.empty()) return faults.error();
   return recording;
 }
 

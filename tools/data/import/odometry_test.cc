@@ -59,7 +59,8 @@ TEST(Odometry, ImuColumnsInEitherOrderOrGyroAlone) {
   ASSERT_TRUE(gyro) << gyro.error().message;
   ASSERT_EQ(gyro->imu.size(), 2u);
   EXPECT_FALSE(gyro->imu[0].has_accel);
-  EXPECT_THAT(AllText(gyro->warnings), HasSubstr("imu.csv:2: holds nan or inf; 1 of 3 rows"));
+  EXPECT_THAT(AllText(gyro->warnings),
+              HasSubstr("imu.csv:2: holds nan, null or an empty field; 1 of 3 rows"));
 }
 
 TEST(Odometry, BadFilesAreRefusedWithFileAndLine) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "tools/data/files/faults.h"
 #include "tools/data/import/body_frame.h"
 #include "tools/data/import/encoders.h"
 #include "tools/data/import/image_list.h"
@@ -147,11 +148,13 @@ Result<Done> ReadImages(const fs::path& source, const FrameTree& tree, const Rea
     camera.right = right->intrinsics;
     camera.T_C0C1 = left->T_BC.inverse() * right->T_BC;
   }
+  tools::Faults faults;
   const auto color = ReadImageList(source, "color.txt", recording.warnings);
-  if (!color) return color.error();
   const auto second =
       ReadImageList(source, stereo ? "infra2.txt" : "aligned_depth.txt", recording.warnings);
-  if (!second) return second.error();
+  faults.Passed(color);
+  faults.Passed(second);
+  if (!faults.empty()) return faults.error();
   Result<std::vector<FrameFiles>> files = stereo
                                               ? PairStereo(*color, *second, recording.warnings)
                                               : PairWithDepth(*color, *second, recording.warnings);
@@ -176,14 +179,16 @@ Result<std::vector<AxisSample>> ReadAxes(const fs::path& file, Recording& record
   if (!table) return table.error();
   std::vector<AxisSample> samples;
   SpoiltRows spoilt;
-  for (const TextRow& row : table->rows()) {
-    if (spoilt.Skip(row, 0, 4)) continue;
+  const auto read = table->ForEach(recording.warnings, [&](const TextRow& row) -> Result<Done> {
+    if (spoilt.Skip(row, 0, 4)) return Done{};
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     const Result<std::vector<double>> v = row.Numbers(1, 3);
     if (!v) return v.error();
     samples.push_back({*utime, {(*v)[0], (*v)[1], (*v)[2]}});
-  }
+    return Done{};
+  });
+  if (!read) return read.error();
   const Result<Done> good = spoilt.Report(table->rows().size(), recording.warnings);
   if (!good) return good.error();
   OrderImu(samples, file.filename().string(), recording.warnings);
@@ -277,10 +282,12 @@ Result<Done> ReadWheels(const fs::path& source, const OpenLorisOptions& options,
 }
 
 Result<Done> ReadImu(const fs::path& source, const FrameTree& tree, Recording& recording) {
+  tools::Faults faults;
   const auto gyro = ReadAxes(source / "d400_gyroscope.txt", recording);
-  if (!gyro) return gyro.error();
   const auto accel = ReadAxes(source / "d400_accelerometer.txt", recording);
-  if (!accel) return accel.error();
+  faults.Passed(gyro);
+  faults.Passed(accel);
+  if (!faults.empty()) return faults.error();
   for (const AxisSample& w : *gyro) {
     const std::optional<Eigen::Vector3d> a = At(*accel, w.utime);
     ImuSample sample;
@@ -302,6 +309,26 @@ Result<Done> ReadImu(const fs::path& source, const FrameTree& tree, Recording& r
   return Done{};
 }
 
+// What sensors.yaml says of the IMU and of the base.
+Result<Done> ReadStatements(const fs::path& file, const OpenLorisOptions& options,
+                            Recording& recording) {
+  const Result<SensorYaml> sensors = SensorYaml::Read(file, "the sensors");
+  if (!sensors) return sensors.error();
+  const Result<Done> stated = ReadImuStatements(*sensors, recording);
+  return stated ? ReadBase(*sensors, options.ticks_per_turn, recording) : stated;
+}
+
+Result<Done> ReadTruth(const fs::path& file, Recording& recording) {
+  if (!Exists(file)) {
+    recording.warnings.emplace_back("groundtruth.txt is not there: no ground truth in the log");
+    return Done{};
+  }
+  const auto T_GB = ReadTrueTrajectory(file, "poses of base_link", recording.warnings);
+  if (!T_GB) return T_GB.error();
+  recording.ground_truth = GroundTruthOfBody(*T_GB, SE3());
+  return Done{};
+}
+
 }  // namespace
 
 Result<Recording> ReadOpenLoris(const fs::path& source, const OpenLorisOptions& options) {
@@ -313,41 +340,28 @@ Result<Recording> ReadOpenLoris(const fs::path& source, const OpenLorisOptions& 
 
   const bool has_images = Exists(source / "color.txt");
   const bool has_imu = Exists(source / "d400_gyroscope.txt");
+  tools::Faults faults;
   FrameTree tree;
   if (has_images || has_imu) {
     Result<FrameTree> read = FrameTree::Read(source / "trans_matrix.yaml", recording.warnings);
-    if (!read) return read.error();
-    tree = *std::move(read);
+    if (faults.Passed(read)) tree = *std::move(read);
   }
   if (has_images) {
-    const Result<Done> images = ReadImages(source, tree, options, recording);
-    if (!images) return images.error();
+    faults.Passed(ReadImages(source, tree, options, recording));
   } else {
     SetNominalCamera("color.txt is not there", recording);
   }
   if (has_imu) {
-    const Result<Done> imu = ReadImu(source, tree, recording);
-    if (!imu) return imu.error();
+    faults.Passed(ReadImu(source, tree, recording));
   } else {
     recording.warnings.emplace_back("d400_gyroscope.txt is not there: no IMU in the log");
   }
   if (Exists(source / "sensors.yaml")) {
-    const Result<SensorYaml> sensors = SensorYaml::Read(source / "sensors.yaml", "the sensors");
-    if (!sensors) return sensors.error();
-    Result<Done> stated = ReadImuStatements(*sensors, recording);
-    if (stated) stated = ReadBase(*sensors, options.ticks_per_turn, recording);
-    if (!stated) return stated.error();
+    faults.Passed(ReadStatements(source / "sensors.yaml", options, recording));
   }
-  const Result<Done> wheels = ReadWheels(source, options, recording);
-  if (!wheels) return wheels.error();
-  if (Exists(source / "groundtruth.txt")) {
-    const auto T_GB =
-        ReadTrueTrajectory(source / "groundtruth.txt", "poses of base_link", recording.warnings);
-    if (!T_GB) return T_GB.error();
-    recording.ground_truth = GroundTruthOfBody(*T_GB, SE3());
-  } else {
-    recording.warnings.emplace_back("groundtruth.txt is not there: no ground truth in the log");
-  }
+  faults.Passed(ReadWheels(source, options, recording));
+  faults.Passed(ReadTruth(source / "groundtruth.txt", recording));
+  if (!faults.empty()) return faults.error();
   if (tree.Has(kOdometer)) {
     const Result<SE3> T_BN = tree.PoseInBody(kOdometer);
     if (!T_BN) return T_BN.error();

@@ -126,8 +126,39 @@ TEST(OpenLoris, WithoutDepthTheInfraredPairIsStereo) {
   ASSERT_TRUE(pixels);
   EXPECT_EQ(pixels->right.bytes[0], 'b');
   EXPECT_TRUE(pixels->depth.bytes.empty());
-  folder.Write("infra2.txt", "50.004 infra2/a.png\n");
-  ExpectError(ReadOpenLoris(folder.path(), {}), ErrorCode::kBadData, {"right image within 2 ms"});
+  folder.Write("infra2.txt", "50.004 infra2/a.png\n50.037 infra2/b.png\n");
+  const auto apart = ReadOpenLoris(folder.path(), {});
+  ASSERT_TRUE(apart) << apart.error().message;
+  EXPECT_EQ(apart->frames->size(), 2u);
+  EXPECT_THAT(AllText(apart->warnings), testing::HasSubstr("up to 4.0 ms apart"));
+  folder.Write("infra2.txt", "50.016 infra2/a.png\n");
+  ExpectError(ReadOpenLoris(folder.path(), {}), ErrorCode::kBadData,
+              {"right image within 8.25 ms"});
+}
+
+TEST(OpenLoris, AllFaultsOfAFolderAreNamedTogether) {
+  const TestFolder folder;
+  WriteOpenLoris(folder);
+  folder.Write("color.txt", "x color/a.png\n");
+  folder.Write("d400_accelerometer.txt", "1 2\n");
+  folder.Write("odom.txt", "1 2 3\n");
+  folder.Write("groundtruth.txt", "1 2 3 4 5 6 7 z\n");
+  ExpectError(
+      ReadOpenLoris(folder.path(), {}), ErrorCode::kBadData,
+      {"color.txt:1: ", "d400_accelerometer.txt:1: ", "odom.txt:1: ", "groundtruth.txt:1: "});
+}
+
+TEST(OpenLoris, OdometryRowsThatAreNullAreLeftOutAndCounted) {
+  const TestFolder folder;
+  folder.Write("odom.txt",
+               "t,x,y,z,qx,qy,qz,qw\n1,0,0,0,0,0,0,1\n1.05,null,null,null,null,null,null,null\n"
+               "1.1,,,,,,,\n1.15,0.1,0,0,0,0,0,1\n1.2,0.2,0,0,0,0,0,1\n");
+  const auto recording = ReadOpenLoris(folder.path(), {});
+  ASSERT_TRUE(recording) << recording.error().message;
+  ASSERT_EQ(recording->wheel.size(), 2u);
+  EXPECT_EQ(recording->wheel[0].utime.us, 1150000);
+  EXPECT_THAT(AllText(recording->warnings), testing::HasSubstr("odom.txt:3: "));
+  EXPECT_THAT(AllText(recording->warnings), testing::HasSubstr("2 of 5 rows"));
 }
 
 // The odometer sits 0.2 m behind base_link: the body moves there, the wheels' increments stay.

@@ -195,6 +195,27 @@ TEST(Program, AFailureLeavesAnOlderLogAloneAndNoPartialFile) {
   EXPECT_FALSE(fs::exists(folder.path() / "o.yaml"));
 }
 
+TEST(Program, WhatWasImportedIsChecked) {
+  const TestFolder folder;
+  WriteSource(folder);
+  const RunResult checked = RunImport(Arguments(folder));
+  ASSERT_EQ(checked.exit_code, 0) << checked.out;
+  EXPECT_THAT(checked.out, AllOf(HasSubstr("checked, without following the images"),
+                                 HasSubstr("errors"), HasSubstr("[")));
+  const RunResult json = RunImport(Arguments(folder, "--json"));
+  EXPECT_THAT(json.out, HasSubstr("\"findings\":[{\"severity\":"));
+  const RunResult unchecked = RunImport(Arguments(folder, "--no-check"));
+  EXPECT_EQ(unchecked.exit_code, 0);
+  EXPECT_THAT(unchecked.out, testing::Not(HasSubstr("checked")));
+  // A name that a shell would take apart.
+  const std::string at = folder.path().string();
+  const RunResult named =
+      RunImport("tum " + at + "/src --out \"" + at + "/it's a log.lcm\" --config-out " + at +
+                "/o.yaml --intrinsics 60,60,40,32");
+  ASSERT_EQ(named.exit_code, 0) << named.out;
+  EXPECT_THAT(named.out, HasSubstr("checked"));
+}
+
 TEST(Program, SkippedFramesAreCountedInSummaryAndLog) {
   const TestFolder folder;
   WriteSource(folder);
@@ -208,6 +229,31 @@ TEST(Program, SkippedFramesAreCountedInSummaryAndLog) {
   ASSERT_TRUE(report);
   EXPECT_TRUE(report->ok);  // seq stays contiguous: nothing was lost on the way
   EXPECT_THAT(tools::ReportText(*report), HasSubstr("skipped: 1 frames"));
+}
+
+TEST(Program, BrokenImagesAreNamedTogetherOrSkipped) {
+  const TestFolder folder;
+  WriteSource(folder);
+  folder.WriteGrey("src/rgb/b.png", 0, 64, 64);
+  folder.Write("src/depth/c.png", "no image");
+  const RunResult refused = RunImport(Arguments(folder));
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.out,
+              AllOf(HasSubstr("rgb/b.png: is 64 x 64"), HasSubstr("depth/c.png: cannot be decoded"),
+                    HasSubstr("2 of 3 frames"), HasSubstr("--skip-missing")));
+  EXPECT_FALSE(fs::exists(folder.path() / "o.lcm"));
+  const RunResult run = RunImport(Arguments(folder, "--skip-missing --json"));
+  ASSERT_EQ(run.exit_code, 0) << run.out;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("\"skipped_frames\":2"), HasSubstr("\"CAMERA\":1")));
+  const auto report =
+      tools::InspectLog((folder.path() / "o.lcm").string(), tools::InspectDepth::kDecode);
+  ASSERT_TRUE(report);
+  EXPECT_TRUE(report->ok) << tools::ReportText(*report);
+  EXPECT_THAT(tools::ReportText(*report), HasSubstr("skipped: 2 frames whose images cannot"));
+  folder.Write("src/rgb/a.png", "no image");
+  const RunResult none = RunImport(Arguments(folder, "--skip-missing"));
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.out, HasSubstr("cannot be decoded"));
 }
 
 // A robot that stands, turns left and right and stands; wheels at 20 Hz, IMU at 100 Hz: its gyro in
@@ -242,7 +288,7 @@ TEST(Program, UnitsOfAnImuAreSaidAndConverted) {
   ASSERT_EQ(run.exit_code, 0) << run.out;
   EXPECT_THAT(run.out,
               AllOf(HasSubstr("the gyro is in deg/s"), HasSubstr("the accelerometer is in g"),
-                    HasSubstr("imu.txt:701: holds nan or inf; 1 of 1601 rows")));
+                    HasSubstr("imu.txt:701: holds nan, null or an empty field; 1 of 1601 rows")));
   double largest_rate = 0, accel = 0;
   for (const Event& event : ReadEvents(folder.path() / "o.lcm")) {
     if (event.channel != wire::kImu) continue;

@@ -61,7 +61,8 @@ struct Recording {
 };
 
 struct ReadOptions {
-  bool skip_missing = false;  // frames whose files are not there are counted and left out
+  // Frames whose files are not there, or cannot be read, are counted and left out.
+  bool skip_missing = false;
 };
 
 // Name of a source folder, also when it is given as "." or with a slash at the end.

@@ -1,11 +1,13 @@
 // Tables of text as the data sets use them: one record a line, fields separated by blanks or
-// commas, '#' starts a comment line. Files from Windows are read as they are: byte-order mark,
-// CRLF. A field in double quotes may hold blanks and commas. Every error names file and line.
+// commas, '#' starts a comment line. Between two commas may be nothing: an empty field. A first
+// line of words alone, before one that begins with a number, is a heading. Files from Windows are
+// read as they are: byte-order mark, CRLF. A field in double quotes may hold blanks and commas.
+// Every error names file and line.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,20 +20,24 @@ namespace gw::importer {
 
 class TextRow {
  public:
-  TextRow(const std::filesystem::path& file, int line, std::vector<std::string> fields)
-      : file_(&file), line_(line), fields_(std::move(fields)) {}
+  TextRow(const std::filesystem::path& file, int line, std::vector<std::string> fields,
+          std::string after_first)
+      : file_(&file),
+        line_(line),
+        fields_(std::move(fields)),
+        after_first_(std::move(after_first)) {}
 
   size_t size() const { return fields_.size(); }
   int line() const { return line_; }
   // Precondition: index < size().
   const std::string& text(size_t index) const { return fields_[index]; }
 
-  // The fields from `index` on with single blanks between: a file name that holds blanks.
-  // Precondition: index < size().
-  std::string RestOfLine(size_t index) const;
-  // True when one of count fields from index on says nan or inf: how programs write a measurement
-  // that they do not have. False where fields are missing.
-  bool HasNonFinite(size_t index, size_t count) const;
+  // What stands behind the first field, as it is written, without blanks around it: a file name
+  // that may hold blanks and commas.
+  const std::string& after_first() const { return after_first_; }
+  // True when one of count fields from index on says nan, inf, null, none, NA or nothing: how
+  // programs write a measurement that they do not have. False where fields are missing.
+  bool HasNoValue(size_t index, size_t count) const;
 
   // "FILE:LINE".
   std::string place() const { return file_->string() + ":" + std::to_string(line_); }
@@ -51,13 +57,14 @@ class TextRow {
   const std::filesystem::path* file_;  // owned by the table
   int line_;
   std::vector<std::string> fields_;
+  std::string after_first_;
 };
 
-// The rows of a sensor's file that hold no measurement (nan, or what Add says): counted and left
-// out, so that a few of them do not make a recording useless.
+// The rows of a sensor's file that hold no measurement (nan, null, or what Add says): counted and
+// left out, so that a few of them do not make a recording useless.
 class SpoiltRows {
  public:
-  // True when the row has nan or inf in the fields; counts it.
+  // True when the row has no value in one of the fields; counts it.
   bool Skip(const TextRow& row, size_t index, size_t count);
   void Add(const TextRow& row, const std::string& why);
 
@@ -79,9 +86,18 @@ class TextTable {
   const std::filesystem::path& file() const { return *file_; }
   const std::vector<TextRow>& rows() const { return rows_; }
 
+  // Calls `read` for each row. The error holds what it refused, of more than kMostFaults rows the
+  // others counted. A last line that `read` refuses and that has no newline is one that was being
+  // written when the recording ended: it is left out, with a warning.
+  Result<Done> ForEach(std::vector<std::string>& warnings,
+                       const std::function<Result<Done>(const TextRow&)>& read) const;
+
+  static constexpr size_t kMostFaults = 5;
+
  private:
   std::unique_ptr<std::filesystem::path> file_;  // stable address for the rows
   std::vector<TextRow> rows_;
+  bool cut_off_ = false;  // the last row has no newline
 };
 
 // Rounds to the nearest microsecond.

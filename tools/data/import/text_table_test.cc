@@ -26,6 +26,96 @@ TEST(TextTable, SkipsCommentsAndSplitsAtBlanksAndCommas) {
   EXPECT_EQ(table->rows()[1].line(), 5);
 }
 
+TEST(TextTable, NothingBetweenCommasIsAFieldOfItsOwn) {
+  const TestFolder folder;
+  folder.Write("t.csv", "1,,3,4\n,2,3,4\n1, ,3,\n,,,\n\"\",2\n");
+  const auto table = TextTable::Read(folder.path() / "t.csv", "numbers");
+  ASSERT_TRUE(table);
+  ASSERT_EQ(table->rows().size(), 4u) << "commas alone are an empty line";
+  EXPECT_EQ(table->rows()[0].size(), 4u);
+  EXPECT_EQ(*table->rows()[0].Number(2), 3);
+  EXPECT_EQ(table->rows()[1].size(), 4u);
+  EXPECT_EQ(table->rows()[2].size(), 3u) << "a comma at the end adds none";
+  for (size_t row = 0; row < 4; ++row) EXPECT_TRUE(table->rows()[row].HasNoValue(0, 4)) << row;
+  EXPECT_FALSE(table->rows()[0].HasNoValue(2, 2));
+}
+
+TEST(TextTable, WordsForNoMeasurementAreKnown) {
+  const TestFolder folder;
+  folder.Write("t.csv",
+               "1 null\n1 NULL\n1 None\n1 nan\n1 -nan\n1 NaN\n1 inf\n1 NA\n1 N/A\n1 nano\n");
+  const auto table = TextTable::Read(folder.path() / "t.csv", "numbers");
+  ASSERT_TRUE(table);
+  for (const TextRow& row : table->rows()) {
+    EXPECT_EQ(row.HasNoValue(0, 2), row.text(1) != "nano") << row.text(1);
+  }
+}
+
+TEST(TextTable, AHeadingWithoutHashIsNoRecord) {
+  const TestFolder folder;
+  folder.Write("t.csv", "\xEF\xBB\xBFtimestamp,x\r\n1,2\r\n");
+  const auto table = TextTable::Read(folder.path() / "t.csv", "numbers");
+  ASSERT_TRUE(table);
+  ASSERT_EQ(table->rows().size(), 1u);
+  EXPECT_EQ(table->rows()[0].line(), 2);
+  folder.Write("t.csv", "P0: 1\nP1: 2\n");
+  EXPECT_EQ(TextTable::Read(folder.path() / "t.csv", "numbers")->rows().size(), 2u);
+}
+
+TEST(TextTable, NamesBehindTheTimeAreKeptAsTheyAreWritten) {
+  const TestFolder folder;
+  folder.Write("t.txt", "1 a  b,c.png \r\n1,\"a b.png\"\n1\ta\\b.png\n1, x.png, more\n1\n");
+  const auto table = TextTable::Read(folder.path() / "t.txt", "names");
+  ASSERT_TRUE(table);
+  EXPECT_EQ(table->rows()[0].after_first(), "a  b,c.png");
+  EXPECT_EQ(table->rows()[1].after_first(), "a b.png");
+  EXPECT_EQ(table->rows()[2].after_first(), "a\\b.png");
+  EXPECT_EQ(table->rows()[3].after_first(), "x.png, more");
+  EXPECT_EQ(table->rows()[4].after_first(), "");
+}
+
+TEST(TextTable, AllRowsThatAreRefusedAreNamedTogether) {
+  const TestFolder folder;
+  std::string text = "1\nx\n2\ny\n";
+  folder.Write("t.txt", text);
+  const auto numbers = [&](std::vector<std::string>& warnings) {
+    const auto table = TextTable::Read(folder.path() / "t.txt", "numbers");
+    return table->ForEach(warnings, [](const TextRow& row) -> Result<Done> {
+      const auto number = row.Number(0);
+      if (!number) return number.error();
+      return Done{};
+    });
+  };
+  std::vector<std::string> warnings;
+  const Result<Done> two = numbers(warnings);
+  ASSERT_FALSE(two);
+  EXPECT_THAT(two.error().message,
+              testing::AllOf(HasSubstr("t.txt:2: 'x'"), HasSubstr("t.txt:4: 'y'")));
+  for (int i = 0; i < 100; ++i) text += "z\n";
+  folder.Write("t.txt", text);
+  EXPECT_THAT(numbers(warnings).error().message, HasSubstr("t.txt: 97 more lines like these"));
+  EXPECT_TRUE(warnings.empty());
+}
+
+TEST(TextTable, ALastLineThatIsCutOffIsLeftOutWithAWarning) {
+  const TestFolder folder;
+  const auto read = [&](const char* text, std::vector<std::string>& warnings) {
+    folder.Write("t.txt", text);
+    return TextTable::Read(folder.path() / "t.txt", "pairs")
+        ->ForEach(warnings, [](const TextRow& row) -> Result<Done> {
+          const auto pair = row.Numbers(0, 2);
+          if (!pair) return pair.error();
+          return Done{};
+        });
+  };
+  std::vector<std::string> warnings;
+  EXPECT_TRUE(read("1 2\n3 4", warnings));
+  EXPECT_TRUE(warnings.empty());
+  EXPECT_TRUE(read("1 2\n3", warnings));
+  EXPECT_THAT(AllText(warnings), HasSubstr("t.txt:2: "));
+  EXPECT_FALSE(read("1 2\n3\n", warnings)) << "whole, but wrong";
+}
+
 TEST(TextTable, NamesFileLineAndRemedyForBadFields) {
   const TestFolder folder;
   folder.Write("t.txt", "1 2\nnan 1 abc 1e400 12x\n");

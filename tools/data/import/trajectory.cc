@@ -27,8 +27,8 @@ Result<Parsed> Parse(const std::filesystem::path& file, const std::string& what,
   Parsed parsed;
   parsed.rows = table->rows().size();
   size_t rounded = 0;
-  for (const TextRow& row : table->rows()) {
-    if (parsed.spoilt.Skip(row, 0, 8)) continue;
+  const auto read = table->ForEach(warnings, [&](const TextRow& row) -> Result<Done> {
+    if (parsed.spoilt.Skip(row, 0, 8)) return Done{};
     const Result<Utime> utime = row.Seconds(0);
     if (!utime) return utime.error();
     const Result<std::vector<double>> v = row.Numbers(1, 7);
@@ -39,11 +39,13 @@ Result<Parsed> Parse(const std::filesystem::path& file, const std::string& what,
       parsed.spoilt.Add(row, norm == 0 ? "the quaternion is 0 0 0 0: no attitude"
                                        : "the quaternion has norm " + std::to_string(norm) +
                                              ", expected 1 (order qx qy qz qw)");
-      continue;
+      return Done{};
     }
     if (std::abs(norm - 1) > kRoundedQuaternion) ++rounded;
     parsed.trajectory.push_back({*utime, *pose});
-  }
+    return Done{};
+  });
+  if (!read) return read.error();
   if (rounded > 0) {
     warnings.push_back(file.filename().string() + ": " + std::to_string(rounded) + " of " +
                        std::to_string(parsed.rows) +

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "tools/data/files/faults.h"
 #include "tools/data/files/format.h"
 #include "tools/data/import/image_list.h"
 #include "tools/data/import/sensor_yaml.h"
@@ -79,7 +80,69 @@ Result<Done> SetCamera(const TumOptions& options, Recording& recording) {
   return Done{};
 }
 
-// A camera of one's own that is given in TUM's layout: says what the unit makes of the first image.
+// A focal length fy below 0 means an image whose y axis points up in the camera's frame, as
+// ICL-NUIM (Handa et al., ICRA 2014) states its own. Made our camera by a mirror in y, which is
+// told to the ground truth too. True when it was so.
+bool TurnYDown(Recording& recording) {
+  PinholeIntrinsics& camera = recording.calibration.camera.left;
+  if (camera.fy >= 0) return false;
+  camera.fy = -camera.fy;
+  recording.warnings.emplace_back(
+      "fy is negative: taken as a camera frame whose y axis points up (as ICL-NUIM's); fy is made "
+      "positive, and the ground truth is mirrored in y");
+  return true;
+}
+
+// S R S and S p, S = diag(1, -1, 1).
+SE3 MirroredInY(const SE3& T) {
+  const Eigen::Quaterniond& q = T.rotation();
+  const Eigen::Vector3d& p = T.translation();
+  return SE3(Eigen::Quaterniond(q.w(), -q.x(), q.y(), -q.z()), {p.x(), -p.y(), p.z()});
+}
+
+// rgb.txt and depth.txt; where there is no rgb.txt, a list of both by one of its usual names.
+Result<std::vector<FrameFiles>> ListFrames(const std::filesystem::path& source,
+                                           std::vector<std::string>& warnings) {
+  std::error_code ignored;
+  for (const char* name :
+       {"associations.txt", "association.txt", "associate.txt", "associated.txt"}) {
+    if (std::filesystem::exists(source / "rgb.txt", ignored)) break;
+    if (std::filesystem::exists(source / name, ignored)) {
+      return ReadAssociations(source, name, warnings);
+    }
+  }
+  tools::Faults faults;
+  const auto grey = ReadImageList(source, "rgb.txt", warnings);
+  const auto depth = ReadImageList(source, "depth.txt", warnings);
+  faults.Passed(grey);
+  faults.Passed(depth);
+  if (!faults.empty()) return faults.error();
+  return PairWithDepth(*grey, *depth, warnings);
+}
+
+void WarnOfFrameNumbers(const FrameSource& frames, Recording& recording) {
+  for (size_t i = 0; i < frames.size(); ++i) {
+    if (frames.utime(i).us % 1'000'000 != 0) return;
+  }
+  if (frames.size() < 10) return;
+  recording.warnings.emplace_back(
+      "every time is a whole second: are they numbers of images? Then all speeds are wrong; write "
+      "times in seconds");
+}
+
+Result<Done> ReadFrames(const std::filesystem::path& source, const TumOptions& options,
+                        Recording& recording) {
+  Result<std::vector<FrameFiles>> files = ListFrames(source, recording.warnings);
+  if (!files) return files.error();
+  Result<std::unique_ptr<FrameSource>> frames =
+      MakeFileFrames(*std::move(files), options, recording);
+  if (!frames) return frames.error();
+  recording.frames = *std::move(frames);
+  WarnOfFrameNumbers(*recording.frames, recording);
+  return Done{};
+}
+
+// A camera of one's own that is given in TUM's layout: says what the unit makes of an image.
 void WarnOfDepthUnit(const Image& depth, Recording& recording) {
   std::vector<uint16_t> values;
   for (size_t i = 0; i + 1 < depth.bytes.size(); i += 2) {
@@ -94,6 +157,41 @@ void WarnOfDepthUnit(const Image& depth, Recording& recording) {
       "depth is ASSUMED in TUM's unit of 1/5000 m: the first image's median is then %.2f "
       "m; with --depth-unit 0.001 (millimetres, as of a RealSense) it would be %.2f m",
       *middle * kTumDepthUnit, *middle * kMillimetre));
+}
+
+// What is assumed of the camera must fit the images, or is said.
+Result<Done> CheckAssumptions(const TumOptions& options, Recording& recording) {
+  if (!options.intrinsics) {
+    CameraCalibration& camera = recording.calibration.camera;
+    return FitStatedSize(kPresetWidth, kPresetHeight,
+                         "preset of the camera (--intrinsics gives others)", camera, &camera.left,
+                         recording.warnings);
+  }
+  if (options.depth_unit_m) return Done{};
+  for (size_t i = 0; i < recording.frames->size(); ++i) {
+    const Result<FramePixels> pixels = recording.frames->Load(i);
+    if (!pixels && !options.skip_missing) return pixels.error();
+    if (!pixels) continue;
+    WarnOfDepthUnit(pixels->depth, recording);
+    break;
+  }
+  return Done{};
+}
+
+Result<Done> ReadTruth(const std::filesystem::path& file, bool y_is_up, Recording& recording) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) {
+    recording.warnings.emplace_back("groundtruth.txt is not there: no ground truth in the log");
+    return Done{};
+  }
+  Result<std::vector<StampedPose>> T_GC =
+      ReadTrueTrajectory(file, "ground truth", recording.warnings);
+  if (!T_GC) return T_GC.error();
+  if (y_is_up) {
+    for (StampedPose& pose : *T_GC) pose.T = MirroredInY(pose.T);
+  }
+  recording.ground_truth = GroundTruthOfBody(*T_GC, recording.calibration.camera.T_BC);
+  return Done{};
 }
 
 }  // namespace
@@ -111,9 +209,10 @@ Result<PinholeIntrinsics> ParseIntrinsics(const std::string& text) {
     complete = next == end;
     at = next + (complete ? 0 : 1);
   }
-  if (!complete || (values.size() != 4 && values.size() != 9) || values[0] <= 0 || values[1] <= 0) {
+  if (!complete || (values.size() != 4 && values.size() != 9) || values[0] <= 0 || values[1] == 0) {
     return Error{ErrorCode::kInvalidArgument,
-                 "--intrinsics " + text + ": expected fx,fy,cx,cy or fx,fy,cx,cy,k1,k2,p1,p2,k3"};
+                 "--intrinsics " + text +
+                     ": expected fx,fy,cx,cy or fx,fy,cx,cy,k1,k2,p1,p2,k3 with fx above 0"};
   }
   PinholeIntrinsics camera{values[0], values[1], values[2], values[3], {}};
   std::copy(values.begin() + 4, values.end(), camera.radtan.begin());
@@ -126,38 +225,14 @@ Result<Recording> ReadTum(const std::filesystem::path& source, const TumOptions&
   recording.name = FolderName(source);
   const Result<Done> camera_set = SetCamera(options, recording);
   if (!camera_set) return camera_set.error();
-
-  const auto grey = ReadImageList(source, "rgb.txt", recording.warnings);
-  if (!grey) return grey.error();
-  const auto depth = ReadImageList(source, "depth.txt", recording.warnings);
-  if (!depth) return depth.error();
-  Result<std::vector<FrameFiles>> files = PairWithDepth(*grey, *depth, recording.warnings);
-  if (!files) return files.error();
-  Result<std::unique_ptr<FrameSource>> frames =
-      MakeFileFrames(*std::move(files), options, recording);
-  if (!frames) return frames.error();
-  recording.frames = *std::move(frames);
-  if (!options.intrinsics) {
-    CameraCalibration& camera = recording.calibration.camera;
-    const Result<Done> fits = FitStatedSize(kPresetWidth, kPresetHeight,
-                                            "preset of the camera (--intrinsics gives others)",
-                                            camera, &camera.left, recording.warnings);
-    if (!fits) return fits.error();
-  } else if (!options.depth_unit_m) {
-    const Result<FramePixels> first = recording.frames->Load(0);
-    if (!first) return first.error();
-    WarnOfDepthUnit(first->depth, recording);
+  const bool y_is_up = TurnYDown(recording);
+  tools::Faults faults;
+  if (faults.Passed(ReadFrames(source, options, recording))) {
+    faults.Passed(CheckAssumptions(options, recording));
   }
-
+  faults.Passed(ReadTruth(source / "groundtruth.txt", y_is_up, recording));
+  if (!faults.empty()) return faults.error();
   std::error_code ignored;
-  if (std::filesystem::exists(source / "groundtruth.txt", ignored)) {
-    const Result<std::vector<StampedPose>> T_GC =
-        ReadTrueTrajectory(source / "groundtruth.txt", "ground truth", recording.warnings);
-    if (!T_GC) return T_GC.error();
-    recording.ground_truth = GroundTruthOfBody(*T_GC, recording.calibration.camera.T_BC);
-  } else {
-    recording.warnings.emplace_back("groundtruth.txt is not there: no ground truth in the log");
-  }
   if (std::filesystem::exists(source / "accelerometer.txt", ignored)) {
     recording.notes.emplace_back("imu", "accelerometer.txt left out: an IMU sample needs a gyro");
   }

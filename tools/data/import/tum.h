@@ -24,7 +24,8 @@ struct TumOptions : ReadOptions {
 // the camera, freiburg1 is assumed with a warning. Intrinsics given come with neither.
 Result<Recording> ReadTum(const std::filesystem::path& source, const TumOptions& options);
 
-// "fx,fy,cx,cy[,k1,k2,p1,p2,k3]". Error: kInvalidArgument.
+// "fx,fy,cx,cy[,k1,k2,p1,p2,k3]", fx above 0; an fy below 0 is a camera frame whose y axis points
+// up (ICL-NUIM), which ReadTum turns. Error: kInvalidArgument.
 Result<PinholeIntrinsics> ParseIntrinsics(const std::string& text);
 
 }  // namespace gw::importer

@@ -104,7 +104,8 @@ TEST(Tum, IntrinsicsOfTheCommandLineReplaceThePreset) {
   EXPECT_EQ(recording->calibration.camera.left.fy, 501);
   EXPECT_FALSE(recording->calibration.camera.left.distorted());
   EXPECT_EQ(ParseIntrinsics("1,2,3,4,5,6,7,8,9")->radtan[4], 9);
-  for (const char* bad : {"", "1,2,3", "1,2,3,4,5", "a,2,3,4", "1,2,3,4,", "0,2,3,4", "1;2;3;4"}) {
+  for (const char* bad : {"", "1,2,3", "1,2,3,4,5", "a,2,3,4", "1,2,3,4,", "0,2,3,4", "-1,2,3,4",
+                          "1,0,3,4", "1;2;3;4"}) {
     EXPECT_FALSE(ParseIntrinsics(bad)) << bad;
   }
 }
@@ -197,6 +198,98 @@ TEST(Tum, ListsFromWindowsAreRead) {
   ASSERT_EQ(recording->frames->size(), 3u);
   for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(recording->frames->Load(i));
   EXPECT_EQ(recording->ground_truth.size(), 2u);
+}
+
+// Commas and several blanks in a name, a column more, a comma at the end.
+TEST(Tum, NamesOfAnyKindAreFound) {
+  const TestFolder folder;
+  WriteTum(folder);
+  folder.WriteGrey("rgb/left,  1.png", 'a');
+  folder.Write("rgb.txt",
+               "timestamp,filename\n10.000000,rgb/left,  1.png\n10.033333,rgb/b.png,\n"
+               "10.066667,rgb/c.png,exposure 3\n");
+  folder.Write("depth.txt", "10.004 depth/a.png\n10.030 depth/b.png\n10.066 depth/b.png\n");
+  const auto recording = ReadTum(folder.path(), Own());
+  ASSERT_TRUE(recording) << recording.error().message;
+  ASSERT_EQ(recording->frames->size(), 3u);
+  for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(recording->frames->Load(i)) << i;
+}
+
+TEST(Tum, AssociationsServeWhereThereAreNoLists) {
+  for (const bool depth_first : {false, true}) {
+    const TestFolder folder;
+    WriteTum(folder);
+    folder.Remove("rgb.txt");
+    folder.Remove("depth.txt");
+    folder.Write("associations.txt", depth_first ? "10 depth/a.png 10 rgb/a.png\n"
+                                                   "11 depth\\b.png 11 rgb\\b.png\n"
+                                                 : "10 rgb/a.png 10 depth/a.png\n"
+                                                   "11 rgb\\b.png 11 depth\\b.png\n");
+    const auto recording = ReadTum(folder.path(), Own());
+    ASSERT_TRUE(recording) << recording.error().message;
+    ASSERT_EQ(recording->frames->size(), 2u);
+    const auto pixels = recording->frames->Load(1);
+    ASSERT_TRUE(pixels) << pixels.error().message;
+    EXPECT_EQ(pixels->left.format, PixelFormat::kGray8);
+    EXPECT_EQ(pixels->depth.format, PixelFormat::kDepth16);
+  }
+}
+
+// A camera that looks along z with y up, moving up by 1 m and turning about its x axis.
+TEST(Tum, ANegativeFyIsACameraWithYUp) {
+  const TestFolder folder;
+  WriteTum(folder);
+  folder.Write("groundtruth.txt", "9.9 0 0 0 0 0 0 1\n10 1 2 3 0.6 0 0 0.8\n");
+  TumOptions options = Own();
+  options.intrinsics = *ParseIntrinsics("60,-61,40,32");
+  const auto recording = ReadTum(folder.path(), options);
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_EQ(recording->calibration.camera.left.fy, 61);
+  EXPECT_THAT(AllText(recording->warnings), HasSubstr("fy is negative"));
+  const SE3& T_BC = recording->calibration.camera.T_BC;
+  const SE3 T_GC = recording->ground_truth[1].T_GB * T_BC;
+  // A point in front is at the same pixel whichever way it is computed.
+  const SE3 given(Eigen::Quaterniond(0.8, 0.6, 0, 0), {1, 2, 3});
+  const Eigen::Vector3d point(2, 3, 9);
+  const Eigen::Vector3d seen = given.inverse() * point;
+  const Eigen::Vector3d mirrored = T_GC.inverse() * Eigen::Vector3d(2, -3, 9);
+  EXPECT_LT((Eigen::Vector3d(seen.x(), -seen.y(), seen.z()) - mirrored).norm(), 1e-9);
+}
+
+TEST(Tum, AllFaultsOfAFolderAreNamedTogether) {
+  const TestFolder folder;
+  WriteTum(folder);
+  folder.Write("rgb.txt", "10 rgb/a.png\nx rgb/b.png\n10.1\n");
+  folder.Write("depth.txt", "y depth/a.png\n");
+  folder.Write("groundtruth.txt", "1 2 3\n");
+  ExpectError(
+      ReadTum(folder.path(), Own()), ErrorCode::kBadData,
+      {"rgb.txt:2: 'x'", "rgb.txt:3: the file name", "depth.txt:1: 'y'", "groundtruth.txt:1: "});
+}
+
+TEST(Tum, AllFilesThatAreMissingOrBrokenAreNamedTogether) {
+  const TestFolder folder;
+  WriteTum(folder);
+  folder.Remove("depth/a.png");
+  folder.Write("rgb/b.png", "no image");
+  ExpectError(ReadTum(folder.path(), Own()), ErrorCode::kNotFound,
+              {"rgb.txt:2: ", "depth/a.png is not there", "rgb/b.png: cannot be decoded",
+               "--skip-missing"});
+}
+
+TEST(Tum, TimesThatCountImagesAreSuspected) {
+  const TestFolder folder;
+  WriteTum(folder);
+  std::string list;
+  for (int i = 0; i < 12; ++i) list += std::to_string(i) + " rgb/a.png\n";
+  folder.Write("rgb.txt", list);
+  for (size_t at = list.find("rgb"); at != std::string::npos; at = list.find("rgb")) {
+    list.replace(at, 3, "depth");
+  }
+  folder.Write("depth.txt", list);
+  const auto recording = ReadTum(folder.path(), Own());
+  ASSERT_TRUE(recording) << recording.error().message;
+  EXPECT_THAT(AllText(recording->warnings), HasSubstr("every time is a whole second"));
 }
 
 TEST(Tum, MissingFilesAreNamedOrSkipped) {

@@ -1,12 +1,14 @@
 #include "tools/data/import/write_log.h"
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "common/config/loader.h"
 #include "common/config/writer.h"
 #include "common/wire/channels.h"
 #include "common/wire/wire.h"
+#include "tools/data/files/faults.h"
 #include "tools/data/files/format.h"
 #include "tools/data/log/safe_log_writer.h"
 
@@ -77,21 +79,53 @@ Result<Done> AppendNotes(const Recording& recording, Utime utime, CountingLog& l
   return Done{};
 }
 
-Result<Done> AppendFrame(const FrameSource& frames, size_t index, CountingLog& log) {
-  const Result<FramePixels> pixels = frames.Load(index);
-  if (!pixels) return pixels.error();
-  CameraFrame frame;
-  frame.utime = frames.utime(index);
-  frame.left = pixels->left.view();
-  frame.right = pixels->right.view();
-  frame.depth = pixels->depth.view();
-  return log.Append(wire::kCamera, frame);
-}
+// Frames that cannot be read are faults of the recording, or left out and counted.
+class FrameWriter {
+ public:
+  FrameWriter(const FrameSource& frames, bool skip_broken, CountingLog& log)
+      : frames_(frames), skip_broken_(skip_broken), log_(log) {}
+
+  Result<Done> Append(size_t index) {
+    const Result<FramePixels> pixels = frames_.Load(index);
+    if (!pixels) {
+      ++broken_;
+      faults_.Add(pixels.error());
+      return Done{};
+    }
+    CameraFrame frame;
+    frame.utime = frames_.utime(index);
+    frame.left = pixels->left.view();
+    frame.right = pixels->right.view();
+    frame.depth = pixels->depth.view();
+    return log_.Append(wire::kCamera, frame);
+  }
+
+  // Of all frames together.
+  Result<Done> Verdict() {
+    if (broken_ == 0) return Done{};
+    if (!skip_broken_) {
+      faults_.Add({ErrorCode::kBadData, std::to_string(broken_) + " of " +
+                                            std::to_string(frames_.size()) +
+                                            " frames cannot be read; restore them, or leave such "
+                                            "frames out with --skip-missing"});
+    }
+    if (!skip_broken_ || broken_ == frames_.size()) return faults_.error();
+    return Done{};
+  }
+  size_t broken() const { return broken_; }
+
+ private:
+  const FrameSource& frames_;
+  bool skip_broken_;
+  CountingLog& log_;
+  tools::Faults faults_;
+  size_t broken_ = 0;
+};
 
 }  // namespace
 
 Result<LogSummary> WriteLog(const Recording& recording, const std::filesystem::path& file,
-                            const Progress& progress) {
+                            bool skip_broken, const Progress& progress) {
   const std::vector<Item> items = Schedule(recording);
   if (items.empty()) {
     return Error{ErrorCode::kBadData, recording.name + ": holds nothing to import"};
@@ -101,6 +135,8 @@ Result<LogSummary> WriteLog(const Recording& recording, const std::filesystem::p
   CountingLog log(*std::move(writer));
   const Result<Done> noted = AppendNotes(recording, items.front().utime, log);
   if (!noted) return noted.error();
+  std::optional<FrameWriter> frames;
+  if (recording.frames) frames.emplace(*recording.frames, skip_broken, log);
   const auto append = [&](const Item& item) -> Result<Done> {
     switch (item.rank) {
       case Rank::kImu:
@@ -111,7 +147,7 @@ Result<LogSummary> WriteLog(const Recording& recording, const std::filesystem::p
         return log.Append(wire::kDr, recording.dr[item.index]);
       case Rank::kCamera:
         progress(item.index, recording.frames->size());
-        return AppendFrame(*recording.frames, item.index, log);
+        return frames->Append(item.index);
       case Rank::kGroundTruth:
         return log.Append(wire::kGroundTruth, recording.ground_truth[item.index]);
     }
@@ -121,7 +157,19 @@ Result<LogSummary> WriteLog(const Recording& recording, const std::filesystem::p
     const Result<Done> written = append(item);
     if (!written) return written.error();
   }
-  return log.Finish(items.front().utime, items.back().utime);
+  const size_t broken = frames ? frames->broken() : 0;
+  Result<Done> whole = frames ? frames->Verdict() : Done{};
+  if (whole && broken > 0) {
+    wire::Note note;
+    note.utime = items.back().utime;
+    note.key = "skipped";
+    note.text = std::to_string(broken) + " frames whose images cannot be read";
+    whole = log.Append(wire::kNote, note);
+  }
+  if (!whole) return whole.error();
+  Result<LogSummary> summary = log.Finish(items.front().utime, items.back().utime);
+  if (summary) summary->broken_frames = static_cast<int64_t>(broken);
+  return summary;
 }
 
 Result<RobotConfig> MakeRobotConfig(const Recording& recording) {

@@ -7,6 +7,7 @@
 #include "common/process/event_log.h"
 #include "common/wire/channels.h"
 #include "common/wire/frame_detail.h"
+#include "common/wire/grid.h"
 #include "common/wire/wire.h"
 #include "tools/data/files/format.h"
 #include "tools/data/files/json.h"
@@ -31,6 +32,8 @@ std::optional<std::string> WhyUndecodable(std::string_view type, wire::ByteSpan 
   if (type == "map_request_t") return why(wire::Decode<MapRequest>(message));
   if (type == "place_query_t") return why(wire::Decode<PlaceQuery>(message));
   if (type == "place_match_t") return why(wire::Decode<PlaceMatch>(message));
+  if (type == "grid_t") return why(wire::Decode<GridUpdate>(message));
+  if (type == "obstacles_t") return why(wire::Decode<ObstacleView>(message));
   if (type == "ack_t") return why(wire::Decode<wire::Ack>(message));
   if (type == "health_t") return why(wire::Decode<Health>(message));
   if (type == "base_command_t") return why(wire::Decode<BaseCommand>(message));

@@ -6,6 +6,7 @@
 #include "backend/journal/journal.h"
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
+#include "grid/files/map_server.h"
 #include "tools/data/files/text_file.h"
 #include "tools/data/map/map_export.h"
 #include "tools/data/map/map_report.h"
@@ -69,13 +70,25 @@ int Repair(const std::string& directory, const std::string& out) {
 }
 
 struct ExportFiles {
-  std::string ply, g2o, tum;
+  std::string ply, g2o, tum, grid;
   int min_shared = 15;
 };
 
+Result<Done> ExportFloor(const std::string& directory, const backend::LoadedMap& loaded,
+                         const std::string& out) {
+  auto saved = grid::LoadGrid(directory);
+  if (!saved && saved.error().code == ErrorCode::kNotFound) {
+    return Error{ErrorCode::kNotFound,
+                 saved.error().message + ": the map was made without gw-grid (or gw-slam --grid)"};
+  }
+  if (!saved) return saved.error();
+  return grid::WriteMapServer(out, FloorOf(loaded, *std::move(saved)));
+}
+
 int Export(const std::string& directory, const ExportFiles& files) {
-  if (files.ply.empty() && files.g2o.empty() && files.tum.empty()) {
-    return Fail({ErrorCode::kInvalidArgument, "export: name a file with --ply, --g2o or --tum"});
+  if (files.ply.empty() && files.g2o.empty() && files.tum.empty() && files.grid.empty()) {
+    return Fail(
+        {ErrorCode::kInvalidArgument, "export: name a file with --ply, --g2o, --tum or --grid"});
   }
   const auto loaded = Load(directory);
   if (!loaded) return Fail(loaded.error());
@@ -95,6 +108,7 @@ int Export(const std::string& directory, const ExportFiles& files) {
       return std::move(keyframes.text);
     });
   }
+  if (done && !files.grid.empty()) done = ExportFloor(directory, *loaded, files.grid);
   return done ? kExitOk : Fail(done.error());
 }
 
@@ -121,6 +135,8 @@ int Main(int argc, char** argv) {
   to_files->add_option("--ply", files.ply, "landmarks and way of the robot, for a mesh viewer");
   to_files->add_option("--g2o", files.g2o, "pose graph: dead-reckoning and covisibility edges");
   to_files->add_option("--tum", files.tum, "keyframes as t tx ty tz qx qy qz qw of the body");
+  to_files->add_option("--grid", files.grid,
+                       "folder for the floor map of gw-grid: map.yaml and map.pgm of map_server");
   to_files
       ->add_option("--min-shared", files.min_shared,
                    "g2o: common landmarks that make a covisibility edge (default 15)")

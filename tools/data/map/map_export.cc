@@ -5,6 +5,7 @@
 #include <map>
 
 #include "common/good_weights/camera_motion.h"
+#include "grid/core/grid_map.h"
 #include "tools/data/files/format.h"
 
 namespace gw::tools {
@@ -106,6 +107,29 @@ TumKeyframes TumText(const backend::LoadedMap& loaded) {
     out.text += Format("%.6f ", utime.seconds()) + PoseColumns(T_WB) + "\n";
   }
   return out;
+}
+
+grid::FloorImage FloorOf(const backend::LoadedMap& loaded, grid::GridFile saved) {
+  // Poses are told as those of bodies, each with the mounting of its own session.
+  MapUpdate bodies;
+  for (const auto& [id, keyframe] : loaded.map.keyframes()) {
+    bodies.keyframes.push_back({id, keyframe.frame.utime, BodyPose(loaded, keyframe.frame)});
+  }
+  SE3 T_BC;
+  if (!loaded.sessions.empty()) T_BC = loaded.sessions.back().T_BC;
+  for (const grid::GridMap::SavedGrid& piece : saved.grids) {
+    if (auto removal = loaded.map.FindRemoval(piece.keyframe)) {
+      removal->T_ParentC = T_BC * removal->T_ParentC * T_BC.inverse();
+      bodies.removed_keyframes.push_back(*removal);
+    }
+  }
+  GridConfig config;
+  config.cell_m = saved.cell_m;
+  grid::GridMap map(config, SE3(), 0);
+  map.Restore(std::move(saved.grids));
+  map.Apply(bodies);
+  map.Compose();
+  return grid::MakeFloorImage(map.tiles(), map.cell_m());
 }
 
 }  // namespace gw::tools

@@ -4,6 +4,8 @@
 #include <string>
 
 #include "backend/journal/load.h"
+#include "grid/core/floor_image.h"
+#include "grid/files/grid_file.h"
 
 namespace gw::tools {
 
@@ -27,5 +29,8 @@ struct TumKeyframes {
 };
 // `t tx ty tz qx qy qz qw` of the body, in order of time.
 TumKeyframes TumText(const backend::LoadedMap& loaded);
+
+// The floor map: the local grids saved beside the map, where its keyframes are now.
+grid::FloorImage FloorOf(const backend::LoadedMap& loaded, grid::GridFile saved);
 
 }  // namespace gw::tools

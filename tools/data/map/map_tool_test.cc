@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -182,6 +183,30 @@ TEST_F(MapToolTest, TheG2oEdgesConnectTheVertices) {
   EXPECT_EQ(vertices.size(), 9u);
   EXPECT_EQ(dr_edges, 8);
   EXPECT_GT(covisibility_edges, 8);
+}
+
+// A local grid hangs on its keyframe: the floor map shows it where that is now.
+TEST_F(MapToolTest, ExportsTheFloorMapThatIsSavedBesideTheMap) {
+  const std::string export_grid = "export " + Path("map") + " --grid " + Path("floor");
+  EXPECT_EQ(Run(export_grid), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("made without gw-grid"));
+
+  const auto loaded = backend::LoadMap(Path("map"));
+  const auto& [id, keyframe] = *loaded->map.keyframes().begin();
+  const SE3 T_WB = keyframe.frame.T_WC * loaded->sessions[0].T_BC.inverse();
+  grid::GridFile file{0.05, {{id, keyframe.frame.utime, {}}}};
+  file.grids[0].grid.cells.Add({20, 0}, {3, 1});  // 1.025 m ahead of the keyframe
+  ASSERT_TRUE(grid::SaveGrid(Path("map"), file).ok());
+  const grid::FloorImage image = FloorOf(*loaded, file);
+  const auto occupied = std::find(image.cells.begin(), image.cells.end(), CellState::kOccupied);
+  ASSERT_NE(occupied, image.cells.end());
+  const auto at = static_cast<int>(occupied - image.cells.begin());
+  const Eigen::Vector3d expected = T_WB * Eigen::Vector3d(1.025, 0.025, 0);
+  EXPECT_NEAR((image.first_x + at % image.width + 0.5) * 0.05, expected.x(), 0.08);
+  EXPECT_NEAR((image.first_y + at / image.width + 0.5) * 0.05, expected.y(), 0.08);
+
+  EXPECT_EQ(Run(export_grid), kExitOk) << output();
+  EXPECT_THAT(Read(Path("floor/map.yaml")), HasSubstr("resolution: 0.05"));
 }
 
 TEST_F(MapToolTest, ExitCodesTellUsageFromData) {

@@ -1,115 +1,91 @@
-// gw-calibrate drive: the camera's place on the base, scales of wheels and gyro, delays, of a
-// drive.
+// gw-calibrate: a robot's calibration from recordings and images.
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <cstdio>
+#include <functional>
 #include <string>
 
-#include "common/config/loader.h"
-#include "common/config/writer.h"
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
-#include "common/process/event_log.h"
-#include "common/wire/channels.h"
-#include "common/wire/wire.h"
-#include "tools/data/files/format.h"
-#include "tools/data/files/text_file.h"
-#include "tools/lab/calibrate/drive_calibration.h"
-#include "tools/lab/check/vision_motion.h"
+#include "tools/lab/calibrate/commands.h"
 
 namespace gw::calibrate {
 namespace {
 
-using tools::Format;
-
-struct RawMotion {
-  std::vector<WheelSample> wheels;
-  std::vector<ImuSample> imu;
+struct Command {
+  DriveOptions drive;
+  ImuOptions imu;
+  CameraOptions camera;
+  std::function<Result<Done>()> run;
 };
 
-Result<RawMotion> ReadMotion(const std::string& log) {
-  auto reader = process::EventLogReader::Open(log);
-  if (!reader) return reader.error();
-  RawMotion motion;
-  while (const auto event = reader->Next()) {
-    if (event->channel == wire::kWheel) {
-      if (auto sample = wire::Decode<WheelSample>(event->data)) motion.wheels.push_back(*sample);
-    } else if (event->channel == wire::kImu) {
-      if (auto sample = wire::Decode<ImuSample>(event->data)) motion.imu.push_back(*sample);
-    }
-  }
-  if (reader->error()) return *reader->error();
-  return motion;
-}
-
-std::string ReportText(const DriveCalibration& found) {
-  std::string text = Format("%d steps of half a second, %.1f m, %.0f deg of turns\n", found.steps,
-                            found.way_m, found.turn_rad * 180 / M_PI);
-  int undetermined = 0;
-  for (const Quantity& q : found.quantities) {
-    if (q.determined()) {
-      text += Format("  %-17s %10.4f +- %.4f %s\n", q.name, q.value, q.sigma, q.unit);
-    } else {
-      ++undetermined;
-      text += Format("  %-17s not determined by this drive: %s\n", q.name, q.remedy);
-    }
-  }
-  text +=
-      "camera: the correction to the T_BC that was given, about and along the body's axes; its "
-      "height is not told by a floor. Scales: true over measured motion\n";
-  text += undetermined == 0 ? "all determined\n"
-                            : Format("%d not determined: those stay as they were\n", undetermined);
-  return text;
-}
-
-Result<Done> Run(const std::string& log, const std::string& config_file, const std::string& out) {
-  Result<RobotConfig> config = LoadRobotConfig(config_file);
-  if (!config) return config.error();
-  const Result<RawMotion> motion = ReadMotion(log);
-  if (!motion) return motion.error();
-  const Result<check::VisionRun> vision = check::RunVision(log, *config);
-  if (!vision) return vision.error();
-  std::vector<CameraPose> poses;
-  for (const check::VisionPose& pose : vision->poses) {
-    poses.push_back({pose.utime, pose.T_WB * config->calibration.camera.T_BC, pose.seen});
-  }
-  const Result<DriveCalibration> found =
-      CalibrateDrive(poses, motion->wheels, motion->imu, config->calibration);
-  if (!found) return Error{found.error().code, log + ": " + found.error().message};
-  const Quantity& way = found->quantities[kWheelWay];
-  const Quantity& turn = found->quantities[kWheelTurn];
-  config->calibration = Corrected(config->calibration, *found);
-  const Result<Done> written =
-      tools::WriteTextFile(out, WriteRobotConfig(*config, ConfigText::kShort));
-  if (!written) return written.error();
-  std::fputs(ReportText(*found).c_str(), stdout);
-  std::printf(
-      "%s: T_BC and time offsets; ticks_per_metre and track_width_m for a driver that counts "
-      "ticks (times %.4f and %.4f)\n",
-      out.c_str(), 1 / way.value, way.value / turn.value);
-  return Done{};
-}
-
-int Main(int argc, char** argv) {
-  std::string log, config, out;
-  CLI::App app(
-      "Calibrates a robot from recordings.\nExit: 0 ok, 1 failed, 2 usage, 78 bad "
-      "configuration.");
-  app.set_version_flag("--version", Version());
-  app.require_subcommand(1);
+void AddDrive(CLI::App& app, Command& c) {
   CLI::App* const drive = app.add_subcommand(
       "drive",
       "where the camera is on the base, scales of wheels and gyro, delays; of a drive with "
       "turns and straight ways past textured things");
-  drive->add_option("LOG", log, "LCM log")->required();
-  drive->add_option("--config", config, "robot configuration (YAML) to begin with")->required();
-  drive->add_option("--config-out", out, "the same with what was found")->required();
+  drive->add_option("LOG", c.drive.log, "LCM log")->required();
+  drive->add_option("--config", c.drive.config, "robot configuration (YAML) to begin with")
+      ->required();
+  drive->add_option("--config-out", c.drive.config_out, "the same with what was found")->required();
+  drive->callback([&c] { c.run = [&c] { return RunDrive(c.drive); }; });
+}
+
+void AddImu(CLI::App& app, Command& c) {
+  CLI::App* const imu = app.add_subcommand(
+      "imu",
+      "noise densities and random walks of gyro and accelerometer (Allan variance), units and "
+      "axes; of a robot that stands for an hour");
+  imu->add_option("LOG", c.imu.log, "LCM log")->required();
+  imu->add_option("--config", c.imu.config, "robot configuration (YAML) to begin with")->required();
+  imu->add_option("--config-out", c.imu.config_out, "the same with what was found")->required();
+  imu->callback([&c] { c.run = [&c] { return RunImu(c.imu); }; });
+}
+
+void AddCamera(CLI::App& app, Command& c) {
+  CLI::App* const camera = app.add_subcommand(
+      "camera",
+      "intrinsics, and of two eyes the pose between them, of images of a board held near and far, "
+      "tilted to all sides, into every corner of the image");
+  camera->add_option("IMAGES", c.camera.images, "folder of images (of the left eye)")->required();
+  camera->add_option("--right", c.camera.right_images,
+                     "folder of the right eye's images, pairs have the same name");
+  camera
+      ->add_option("--board", c.camera.board,
+                   "apriltag:COLUMNSxROWS:SIDE_M:GAP (family 36h11; Kalibr's grid: "
+                   "apriltag:6x6:0.088:0.3) or checkerboard:COLUMNSxROWS:SIDE_M (inner corners)")
+      ->required();
+  camera->add_option("--model", c.camera.model, "of the lens: radtan or equidistant (fisheye)")
+      ->check(CLI::IsMember({"radtan", "equidistant"}))
+      ->default_str("radtan");
+  CLI::Option* const config =
+      camera->add_option("--config", c.camera.config, "robot configuration (YAML) to begin with");
+  CLI::Option* const config_out =
+      camera->add_option("--config-out", c.camera.config_out, "the same with what was found");
+  config->needs(config_out);
+  config_out->needs(config);
+  camera->add_option("--asl-out", c.camera.asl_out,
+                     "folder to write cam0/sensor.yaml (and cam1/sensor.yaml) to, as "
+                     "gw-import euroc reads them");
+  camera->callback([&c] { c.run = [&c] { return RunCamera(c.camera); }; });
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app(
+      "Calibrates a robot from recordings and images.\nExit: 0 ok, 1 failed, 2 usage, 78 bad "
+      "configuration.");
+  app.set_version_flag("--version", Version());
+  app.require_subcommand(1);
+  Command command;
+  command.camera.model = "radtan";
+  AddDrive(app, command);
+  AddImu(app, command);
+  AddCamera(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   }
-  const Result<Done> done = Run(log, config, out);
+  const Result<Done> done = command.run();
   if (done) return kExitOk;
   std::fprintf(stderr, "gw-calibrate: %s\n", done.error().message.c_str());
   return ExitCodeFor(done.error());

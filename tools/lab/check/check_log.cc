@@ -23,6 +23,10 @@ bool Hopeless(const Findings& findings) {
   });
 }
 
+const char* SeverityName(Severity severity) {
+  return severity == Severity::kError ? "error" : "warning";
+}
+
 std::string FactsText(const LogFacts& facts, const VisionRun* vision) {
   std::string text;
   for (const auto& [channel, stream] : facts.streams) {
@@ -87,10 +91,19 @@ std::string ReportText(const Report& report) {
   return text;
 }
 
+std::string ReportLines(const Report& report) {
+  std::string text;
+  for (const Finding& finding : report.findings) {
+    text += Format("%s\t%s\t%s\t%s\n", SeverityName(finding.severity), finding.id, finding.text,
+                   finding.fix);
+  }
+  return text;
+}
+
 std::string ReportJson(const Report& report) {
   tools::Json list = tools::Json::array();
   for (const Finding& finding : report.findings) {
-    list.push_back({{"severity", finding.severity == Severity::kError ? "error" : "warning"},
+    list.push_back({{"severity", SeverityName(finding.severity)},
                     {"id", finding.id},
                     {"text", finding.text},
                     {"fix", finding.fix}});

@@ -20,6 +20,8 @@ Result<Report> CheckLog(const std::string& log, const RobotConfig& config, bool 
 
 // One page.
 std::string ReportText(const Report& report);
+// For scripts of the shell: severity, id, text and fix between tabs, one finding a line.
+std::string ReportLines(const Report& report);
 std::string ReportJson(const Report& report);
 
 }  // namespace gw::check

@@ -13,7 +13,7 @@ namespace {
 
 int Main(int argc, char** argv) {
   std::string log, config_file;
-  bool json = false, no_vision = false;
+  bool json = false, lines = false, no_vision = false;
   CLI::App app(
       "Says what is wrong with a recording: stamps, images, IMU, wheels, and each against the "
       "others.\nExit: 0 no errors found, 1 errors found or unreadable, 2 usage, 78 bad "
@@ -24,7 +24,10 @@ int Main(int argc, char** argv) {
   app.add_flag("--no-vision", no_vision,
                "do not follow the images (seconds instead of the time gw-slam takes): scales, "
                "delays and mounting are not checked against vision");
-  app.add_flag("--json", json, "print the findings as JSON");
+  auto* const json_flag = app.add_flag("--json", json, "print the findings as JSON");
+  app.add_flag("--lines", lines,
+               "print the findings alone, one a line: severity, id, text, fix between tabs")
+      ->excludes(json_flag);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -38,7 +41,10 @@ int Main(int argc, char** argv) {
   if (!config) return fail(config.error());
   const Result<Report> report = CheckLog(log, *config, !no_vision);
   if (!report) return fail(report.error());
-  std::fputs((json ? ReportJson(*report) : ReportText(*report)).c_str(), stdout);
+  const std::string text = json    ? ReportJson(*report)
+                           : lines ? ReportLines(*report)
+                                   : ReportText(*report);
+  std::fputs(text.c_str(), stdout);
   for (const Finding& finding : report->findings) {
     if (finding.severity == Severity::kError) return kExitFailed;
   }

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <string>
 
 #include "backend/journal/journal.h"
@@ -18,6 +19,7 @@
 #include "tools/data/files/text_file.h"
 #include "tools/lab/slam/dr_report.h"
 #include "tools/lab/slam/laps.h"
+#include "tools/lab/slam/slam_grid.h"
 #include "tools/lab/slam/slam_output.h"
 #include "tools/lab/slam/slam_session.h"
 #include "tools/lab/slam/variant.h"
@@ -34,6 +36,7 @@ struct Arguments {
   std::string timing;
   std::string map_in;
   std::string map_out;
+  std::string grid;
   bool localize_only = false;
   bool dr_only = false;
   int laps = 1;
@@ -161,6 +164,8 @@ int Run(const Arguments& arguments) {
   if (!session) return Fail(session.error());
 
   if (!arguments.timing.empty()) session->MeasureTimes(SteadyMicroseconds);
+  std::optional<SlamGrid> grid;
+  if (!arguments.grid.empty()) grid.emplace(*config, *geometry).Follow(&*session);
   Stopwatch stopwatch;
   auto laps = RunLaps(arguments.log, arguments.laps, {.seed = arguments.seed, .span = {}},
                       &*session, [&](const process::LogEvent& event, double done) {
@@ -208,8 +213,12 @@ int Run(const Arguments& arguments) {
     content.map = session->mapper().map();
     content.sessions = std::move(maps->sessions);
     content.sessions.push_back(own);
-    const auto saved = backend::SaveMap(arguments.map_out, content);
+    auto saved = backend::SaveMap(arguments.map_out, content);
+    if (saved && grid) saved = grid->Save(arguments.map_out);
     if (!saved) return Fail(saved.error());
+  }
+  if (grid) {
+    if (const auto saved = grid->Write(arguments.grid); !saved) return Fail(saved.error());
   }
   return kExitOk;
 }
@@ -238,6 +247,9 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   app.add_option("--map-in", arguments.map_in, "begin with the map in this folder");
   app.add_option("--map-out", arguments.map_out, "write the map of the end into this new folder");
+  app.add_option("--grid", arguments.grid,
+                 "also make the floor map: map.yaml and map.pgm into this folder; with --map-out "
+                 "saved there too");
   CLI::Option* const dr_only = app.add_flag(
       "--dr-only", arguments.dr_only,
       "dead reckoning alone, no image is read: dr.tum, raw_wheels.tum (the wheels' own sum), "
@@ -248,8 +260,8 @@ int main(int argc, char** argv) {
                  "write the front-end's time per image to this CSV file; differs between runs");
   app.add_option("--frame", arguments.frame, "pose in the trajectories: body or camera")
       ->check(CLI::IsMember({"body", "camera"}));
-  for (const char* other :
-       {"--variant", "--seed", "--laps", "--map-in", "--map-out", "--localize-only", "--timing"}) {
+  for (const char* other : {"--variant", "--seed", "--laps", "--map-in", "--map-out",
+                            "--localize-only", "--timing", "--grid"}) {
     dr_only->excludes(app.get_option(other));
   }
   try {

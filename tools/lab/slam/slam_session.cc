@@ -111,6 +111,7 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
   const int64_t begin_us = now_us_ ? now_us_() : 0;
   frontend::TrackerOutput out = stages_.tracker.Push(frame);
   if (now_us_) tracking_us_.push_back(now_us_() - begin_us);
+  if (watch_.image) watch_.image(frame, out.pose);
   frames_.push_back(out.pose);
   out.detail.features = {};
   details_.push_back(std::move(out.detail));
@@ -122,6 +123,7 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
 
 void SlamSession::Deliver(const std::vector<MapUpdate>& updates) {
   for (const MapUpdate& update : updates) {
+    if (watch_.map) watch_.map(update);
     if (stages_.tracker.Push(update)) continue;
     ++counters_.map_gaps;
     stages_.tracker.Push(backend_.mapper().Snapshot(std::nullopt));

@@ -62,6 +62,14 @@ class SlamSession {
     watch_dr_ = std::move(watch);
   }
 
+  // From now on shows every image with its pose, and every update of the map, as the front-end gets
+  // them; it has no influence.
+  struct Watch {
+    std::function<void(const CameraFrame& frame, const FramePose& pose)> image;
+    std::function<void(const MapUpdate& update)> map;
+  };
+  void WatchMapping(Watch watch) { watch_ = std::move(watch); }
+
   // Every image's pose, as it was published.
   const std::vector<FramePose>& frames() const { return frames_; }
   // Of the same images, without their features.
@@ -113,6 +121,7 @@ class SlamSession {
   uint32_t newest_reset_ = 0;  // as given to the front-end
   std::function<int64_t()> now_us_;
   std::function<void(const dr_ekf::DrFilter::Output&)> watch_dr_;
+  Watch watch_;
   std::vector<FramePose> frames_;
   std::vector<FrameDetail> details_;
   std::vector<std::optional<SE3>> dr_poses_;

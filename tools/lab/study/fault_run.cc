@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "common/wire/channels.h"
+#include "frontend/core/tracking/health_cause.h"
 #include "tools/data/fault/fault_injector.h"
 #include "tools/lab/slam/dr_motion.h"
 #include "tools/lab/slam/slam_output.h"
@@ -69,22 +70,13 @@ Accused AccusedBy(TrackingReason reason) {
   return reason == TrackingReason::kDrContradictsVision ? Accused::kDr : Accused::kVision;
 }
 
-// As the front-end's process says it in HEALTH (frontend/process).
-bool IsDegraded(const FramePose& frame) {
-  return frame.status == TrackingStatus::kLost || frame.status == TrackingStatus::kRecovering ||
-         frame.status == TrackingStatus::kDrOnly ||
-         frame.reason == TrackingReason::kDrContradictsVision ||
-         frame.reason == TrackingReason::kFixedInImage ||
-         frame.reason == TrackingReason::kEyesApart;
-}
-
 void NoteReasons(const std::vector<FramePose>& frames, double rate_hz, Findings* findings) {
   std::map<std::string, int64_t> degraded;  // images
   for (const FramePose& f : frames) {
     if (f.reason == TrackingReason::kNone) continue;
     const std::string name = tools::ReasonName(f.reason);
     Finding& finding = Note(name, f.utime, AccusedBy(f.reason), findings);
-    degraded[name] += IsDegraded(f);
+    degraded[name] += !frontend::HealthCause(f, {}).empty();
     finding.in_health = static_cast<double>(degraded[name]) >= rate_hz;
   }
 }

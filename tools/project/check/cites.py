@@ -13,7 +13,7 @@ import sys
 import sources
 
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
-TOP = r"(?:backend|common|config|deploy|docs|dr_ekf|drivers|frontend|lcmtypes|test|tools)"
+TOP = r"(?:backend|common|config|deploy|docs|dr_ekf|drivers|frontend|grid|lcmtypes|test|tools)"
 QUOTED_PATH = re.compile(rf"`({TOP}/[\w./-]+\.(?:cc|h|md|py|yaml|lcm|cmake|txt))`")
 CITED_FILE = re.compile(r"(?<![\w/<$*.-])((?:[\w.-]+/)*[A-Za-z][\w.-]*(?:\.md|\.h|\.cc|\.py|_t\.lcm))(?![\w*])")
 # Headers of other projects and of the system, and names that stand for one to be given.

@@ -26,6 +26,7 @@ LAYERS = {
     "frontend/core": (CORES + ["common/vision"], PURE.replace("opencv2/|", "")),
     "backend/core": (CORES + ["common/vision"], PURE.replace("ceres/|", "")),
     "dr_ekf/core": (CORES, PURE),
+    "grid/core": (CORES, PURE.replace("opencv2/|", "")),
     "drivers/common": (["common/core"], PURE),
     "drivers/kobuki/protocol": (["common/core", "drivers/common"], PURE),
     "drivers/kobuki/core": (CORES + ["drivers/common", "drivers/kobuki/protocol"], PURE),
@@ -34,6 +35,7 @@ LAYERS = {
     "frontend": (SHELLS, r"ceres/"),
     "backend": (SHELLS, r"opencv2/"),
     "dr_ekf": (SHELLS, r"opencv2/|ceres/"),
+    "grid": (SHELLS, r"ceres/"),
     "drivers": (SHELLS, r"ceres/"),
     "tools": (None, r"$^"),  # their rooms: cycles.py
     "test": (None, r"$^"),

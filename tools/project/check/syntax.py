@@ -3,7 +3,8 @@
 
 usage: syntax.py COMPILER BUILD_FOLDER sources|headers|all
 
-sources: every source file but tests, with the flags of BUILD_FOLDER/compile_commands.json.
+sources: every source file but tests, with the flags of BUILD_FOLDER/compile_commands.json. The library headers that most
+         of them include are compiled once, which halves the time.
 headers: every header that is not the first include of a source file of its own name (those compile alone whenever that
          file does), in a translation unit of its own.
 """
@@ -14,6 +15,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tempfile
 
 import sources
 
@@ -54,6 +56,29 @@ def all_includes(known):
     return flags + [word for option in options for word in option]
 
 
+# Heavy and in many sources. Only this check reads them precompiled, so that the other compiler still sees a missing include.
+COMMON_HEADERS = "".join(f"#include <{name}>\n" for name in (
+    "Eigen/Core", "Eigen/Geometry", "algorithm", "filesystem", "fmt/format.h", "fstream", "functional", "map", "memory",
+    "optional", "sstream", "string", "vector"))
+
+
+class Precompiled:
+    """COMMON_HEADERS in the compiler's own form, once for each set of flags that it depends on."""
+
+    def __init__(self, compiler, folder):
+        self.compiler, self.folder, self.made = compiler, folder, {}
+
+    def options(self, flags):
+        """What a source with these flags is compiled with besides; nothing where the headers do not compile with these."""
+        key = tuple(flag for flag in flags if flag.startswith(("-std", "-m", "-f", "-O")))
+        if key not in self.made:
+            path = os.path.join(self.folder, f"{len(self.made)}.pch")
+            command = [self.compiler, *key, "-isystem", "/usr/include/eigen3", "-x", "c++-header", "-", "-o", path]
+            done = subprocess.run(command, input=COMMON_HEADERS, capture_output=True, text=True, check=False)
+            self.made[key] = [] if done.returncode else ["-include-pch", path]
+        return self.made[key]
+
+
 def compile_one(job):
     compiler, name, flags, text = job
     command = [compiler, *flags, "-fsyntax-only", "-Werror"]
@@ -69,15 +94,16 @@ def main():
     compiler, build, what = sys.argv[1:]
     known = commands(build)
     jobs = []
-    if what != "headers":
-        jobs += [(compiler, path, known[path], None)
-                 for path in sources.tracked("*.cc") if path in known and not sources.is_test(path)]
-    num_sources = len(jobs)
-    if what != "sources":
-        flags = all_includes(known)
-        jobs += [(compiler, header, flags, f'#include "{header}"\n')
-                 for header in sources.tracked("*.h") if not stands_first(header, known)]
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+    with tempfile.TemporaryDirectory() as folder, concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        if what != "headers":
+            precompiled = Precompiled(compiler, folder)
+            jobs += [(compiler, path, known[path] + precompiled.options(known[path]), None)
+                     for path in sources.tracked("*.cc") if path in known and not sources.is_test(path)]
+        num_sources = len(jobs)
+        if what != "sources":
+            flags = all_includes(known)
+            jobs += [(compiler, header, flags, f'#include "{header}"\n')
+                     for header in sources.tracked("*.h") if not stands_first(header, known)]
         violations = [violation for violation in pool.map(compile_one, jobs) if violation]
     return sources.finish(f"{compiler} {what}", violations,
                           f" ({num_sources} source files, {len(jobs) - num_sources} headers alone)")

@@ -3,7 +3,7 @@
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(yaml-cpp REQUIRED)
-find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc features2d imgcodecs video)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc calib3d features2d imgcodecs video)
 find_package(Ceres 2.1 REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(CLI11 REQUIRED)

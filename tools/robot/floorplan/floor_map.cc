@@ -1,38 +1,32 @@
 #include "tools/robot/floorplan/floor_map.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace gw::floorplan {
 namespace {
 
-Result<cv::Mat> LoadGreyImage(const std::string& path) {
-  if (!std::filesystem::exists(path)) {
-    return Error{ErrorCode::kNotFound, path + ": cannot open the image of the map"};
+// Distance (m) to the nearest cell whose mark is not 0.
+std::vector<float> DistanceToMarked(const FloorMap& map, const std::vector<uint8_t>& marks,
+                                    double limit) {
+  cv::Mat open(map.height, map.width, CV_8U);
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      open.at<uint8_t>(y, x) = marks[map.index(x, y)] != 0 ? 0 : 255;
+    }
   }
-  cv::Mat image;
-  try {
-    image = cv::imread(path, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception&) {
-    image.release();  // larger than OpenCV takes
+  cv::Mat distance;
+  cv::distanceTransform(open, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  std::vector<float> out(marks.size());
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      // The transform measures to the centre of the marked cell.
+      const double d = std::max(0.0, distance.at<float>(y, x) - 0.5) * map.resolution;
+      out[map.index(x, y)] = static_cast<float>(std::min(d, limit));
+    }
   }
-  if (image.empty() || image.type() != CV_8U) {
-    return Error{ErrorCode::kBadData,
-                 path + ": not an 8-bit grey image (PGM, PNG), or one that is cut off"};
-  }
-  return image;
-}
-
-template <typename T>
-T Require(const YAML::Node& root, const char* key) {
-  const YAML::Node node = root[key];
-  if (!node) throw YAML::Exception(root.Mark(), std::string("`") + key + "` is missing");
-  return node.as<T>();
+  return out;
 }
 
 }  // namespace
@@ -42,75 +36,14 @@ Eigen::Vector2i FloorMap::CellOf(const Eigen::Vector2d& p) const {
   return {static_cast<int>(std::floor(cell.x())), static_cast<int>(std::floor(cell.y()))};
 }
 
-Result<FloorMap> LoadFloorMap(const std::string& yaml_path) {
-  if (!std::filesystem::exists(yaml_path)) {
-    return Error{ErrorCode::kNotFound, yaml_path + ": no such map, give a map_server map.yaml"};
-  }
-  FloorMap map;
-  double occupied_thresh = 0;
-  bool negate = false;
-  std::string image_path;
-  try {
-    const YAML::Node root = YAML::LoadFile(yaml_path);
-    map.resolution = Require<double>(root, "resolution");
-    const auto origin = Require<std::vector<double>>(root, "origin");
-    occupied_thresh = Require<double>(root, "occupied_thresh");
-    negate = Require<int>(root, "negate") != 0;
-    const std::filesystem::path image = Require<std::string>(root, "image");
-    image_path = (std::filesystem::path(yaml_path).parent_path() / image).string();
-    if (!(map.resolution > 1e-3 && map.resolution < 10)) {
-      throw YAML::Exception(root["resolution"].Mark(), "`resolution` must be 0.001 to 10 m");
-    }
-    if (origin.size() != 3 || !std::isfinite(origin[0]) || !std::isfinite(origin[1]) ||
-        std::abs(origin[2]) > 1e-9) {
-      throw YAML::Exception(root["origin"].Mark(),
-                            "`origin` must be [x, y, 0]: turned maps are not supported");
-    }
-    map.origin = {origin[0], origin[1]};
-  } catch (const YAML::Exception& e) {
-    return Error{ErrorCode::kBadConfig,
-                 yaml_path + ":" + std::to_string(std::max(0, e.mark.line) + 1) + ": " + e.msg};
-  }
-  const auto image = LoadGreyImage(image_path);
-  if (!image) return image.error();
-  map.width = image->cols;
-  map.height = image->rows;
-  map.occupied.resize(image->total());
-  bool any = false;
-  for (int y = 0; y < map.height; ++y) {
-    for (int x = 0; x < map.width; ++x) {
-      const double value = image->at<uint8_t>(map.height - 1 - y, x) / 255.0;
-      const bool occupied = (negate ? value : 1.0 - value) > occupied_thresh;
-      map.occupied[map.index(x, y)] = occupied ? 1 : 0;
-      any = any || occupied;
-    }
-  }
-  if (!any) {
-    return Error{ErrorCode::kBadData, image_path +
-                                          ": no cell is darker than occupied_thresh, a "
-                                          "map without walls cannot be simulated"};
-  }
-  return map;
+std::vector<float> DistanceToOccupied(const FloorMap& map, double limit) {
+  return DistanceToMarked(map, map.occupied, limit);
 }
 
-std::vector<float> DistanceToOccupied(const FloorMap& map, double limit) {
-  cv::Mat free(map.height, map.width, CV_8U);
-  for (int y = 0; y < map.height; ++y) {
-    for (int x = 0; x < map.width; ++x) {
-      free.at<uint8_t>(y, x) = map.occupied[map.index(x, y)] != 0 ? 0 : 255;
-    }
-  }
-  cv::Mat distance;
-  cv::distanceTransform(free, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  std::vector<float> out(map.occupied.size());
-  for (int y = 0; y < map.height; ++y) {
-    for (int x = 0; x < map.width; ++x) {
-      // The transform measures to the centre of the occupied cell.
-      const double d = std::max(0.0, distance.at<float>(y, x) - 0.5) * map.resolution;
-      out[map.index(x, y)] = static_cast<float>(std::min(d, limit));
-    }
-  }
-  return out;
+std::vector<float> DistanceToNotFree(const FloorMap& map, double limit) {
+  std::vector<uint8_t> marks = map.occupied;
+  for (size_t i = 0; i < map.unknown.size(); ++i) marks[i] |= map.unknown[i];
+  return DistanceToMarked(map, marks, limit);
 }
 
 double DistanceAt(const FloorMap& map, const std::vector<float>& distance,

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
 #include "tools/robot/floorplan/contours.h"
 #include "tools/robot/floorplan/floor_map.h"
@@ -15,55 +13,6 @@ namespace gw::floorplan {
 namespace {
 
 using ::testing::HasSubstr;
-
-class FloorMapFile : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              ("floor_map_" +
-               std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string Write(const std::string& name, const std::string& content) {
-    std::ofstream(folder_ / name, std::ios::binary) << content;
-    return (folder_ / name).string();
-  }
-  std::string Yaml(const std::string& extra = "") {
-    return Write("map.yaml",
-                 "image: map.pgm\nresolution: 0.5\norigin: [-1, 2, 0]\nnegate: 0\n"
-                 "occupied_thresh: 0.65\nfree_thresh: 0.196\n" +
-                     extra);
-  }
-  std::filesystem::path folder_;
-};
-
-TEST_F(FloorMapFile, TheFirstRowOfTheImageIsTheTopOfTheMap) {
-  Write("map.pgm", "P2\n# a comment\n3 2\n255\n0 254 205\n254 254 0\n");
-  const auto map = LoadFloorMap(Yaml());
-  ASSERT_TRUE(map.ok()) << map.error().message;
-  EXPECT_TRUE(map->Occupied(0, 1));
-  EXPECT_TRUE(map->Occupied(2, 0));
-  EXPECT_FALSE(map->Occupied(2, 1)) << "unknown counts as free";
-  EXPECT_EQ(map->CellOf({-0.9, 2.6}), Eigen::Vector2i(0, 1));
-}
-
-TEST_F(FloorMapFile, BadFilesAreErrorsThatNameThem) {
-  EXPECT_EQ(LoadFloorMap((folder_ / "none.yaml").string()).error().code, ErrorCode::kNotFound);
-  const std::string yaml = Yaml();
-  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("map.pgm: cannot open"));
-  Write("map.pgm", "P5\n3 2\n255\nab");
-  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("cut off"));
-  Write("map.pgm", "P6\n3 2\n255\nabcdefghijklmnopqr");
-  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("not an 8-bit grey image"));
-  Write("map.pgm", "P2\n0 0\n255\n");
-  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("not an 8-bit grey image"));
-  Write("map.pgm", "P2\n2 1\n255\n254 254\n");
-  EXPECT_THAT(LoadFloorMap(yaml).error().message, HasSubstr("map without walls"));
-  const std::string bad = Write("bad.yaml", "image: map.pgm\nresolution: -1\n");
-  EXPECT_EQ(LoadFloorMap(bad).error().code, ErrorCode::kBadConfig);
-  EXPECT_THAT(LoadFloorMap(bad).error().message, HasSubstr("bad.yaml:1: `origin` is missing"));
-}
 
 // Cells within 0.05 m of a line through (2, 2) with this slope.
 FloorMap SlantedWall(double slope) {
@@ -126,6 +75,41 @@ TEST(Planner, AStopCloseToAWallIsMovedAStopInsideIsNot) {
   EXPECT_LT((stops[0].position - Eigen::Vector2d(0.32, 2.5)).norm(), 0.3);
   EXPECT_EQ(stops[1].position, Eigen::Vector2d(2.9, 2.5));
   EXPECT_EQ(stops[2].position, Eigen::Vector2d(1, 1));
+}
+
+// The pillar's row of RoomForTest, y 2.2 to 2.8 m, is unknown from wall to wall but for a gap.
+FloorMap RoomWithUnknownBand(int gap_x) {
+  FloorMap map = RoomForTest();
+  map.unknown.assign(map.occupied.size(), 0);
+  for (int y = 22; y < 28; ++y) {
+    for (int x = 2; x < 58; ++x) map.unknown[map.index(x, y)] = std::abs(x - gap_x) < 4 ? 0 : 1;
+  }
+  return map;
+}
+
+TEST(Planner, UnknownCellsAreDrivenAroundWithTheRobotsClearance) {
+  const FloorMap map = RoomWithUnknownBand(52);
+  const auto legs = PlanLegs(map, {{{1, 1}, 0}, {{1, 4}, 0}}, 0.24);
+  ASSERT_TRUE(legs.ok()) << legs.error().message;
+  const auto distance = DistanceToNotFree(map, 5);
+  for (const Eigen::Vector2d& p : legs->front()) EXPECT_GE(DistanceAt(map, distance, p), 0.19);
+  EXPECT_GT(legs->front().size() * kLegSpacing, 8) << "straight on it would be 3 m";
+}
+
+TEST(Planner, EveryStopThatCannotBeVisitedIsNamedWithTheReason) {
+  const FloorMap map = RoomWithUnknownBand(1000);
+  const std::vector<Waypoint> stops = {{{1, 1}, 0}, {{1, 2.5}, 0}, {{1, 4}, 0},
+                                       {{9, 1}, 0}, {{5, 1}, 0},   {{1, 2.13}, 0}};
+  const Tour tour = PlanTour(map, stops, 0.24);
+  EXPECT_THAT(tour.visited, ::testing::ElementsAre(0, 4));
+  EXPECT_EQ(tour.legs.size(), 1u);
+  const auto legs = PlanLegs(map, stops, 0.24);
+  ASSERT_FALSE(legs.ok());
+  EXPECT_THAT(legs.error().message,
+              AllOf(HasSubstr("stop 1 at (1, 2.5) lies in unknown cells"),
+                    HasSubstr("stop 2 at (1, 4) cannot be reached from (1, 1) but through unknown"),
+                    HasSubstr("stop 3 at (9, 1) lies outside the map"),
+                    HasSubstr("stop 5 at (1, 2.13) is nearer to unknown cells")));
 }
 
 TEST(Planner, AWayThroughAWallIsAnError) {

@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kComfort = 0.7;  // m from walls beyond which the planner asks for no more
+constexpr double kComfort = 0.7;   // m from walls beyond which the planner asks for no more
+constexpr double kFarthest = 2.0;  // m to which distances are told
 
 struct Grid {
   const FloorMap& map;
@@ -99,11 +100,51 @@ std::string Place(const Waypoint& w) {
   return out.str();
 }
 
+// Empty when the robot can stand there.
+std::string WhyItCannotStand(const Grid& grid, const Waypoint& stop) {
+  const FloorMap& map = grid.map;
+  const Eigen::Vector2i cell = map.CellOf(stop.position);
+  if (!map.InMap(cell.x(), cell.y())) return "lies outside the map";
+  if (map.Unknown(cell.x(), cell.y())) {
+    return "lies in unknown cells of the map, where the robot never drives";
+  }
+  if (grid.Free(cell.x(), cell.y())) return "";
+  const std::vector<float> to_wall = DistanceToOccupied(map, kFarthest);
+  if (to_wall[map.index(cell.x(), cell.y())] >= grid.clearance) {
+    return "is nearer to unknown cells of the map than the robot can stand";
+  }
+  return "is in a wall, or nearer to one than the robot can stand";
+}
+
+// For the message: whether there would be a way if all that is unknown were free.
+std::string WhyThereIsNoWay(const Grid& grid, const Waypoint& from, const Waypoint& to) {
+  if (grid.map.unknown.empty()) return "";
+  const std::vector<float> to_wall = DistanceToOccupied(grid.map, kFarthest);
+  const Grid walls_only{grid.map, to_wall, grid.clearance};
+  const bool through_unknown =
+      !AStar(walls_only, grid.map.CellOf(from.position), grid.map.CellOf(to.position)).empty();
+  return through_unknown ? " but through unknown cells of the map, where the robot never drives"
+                         : "";
+}
+
+Leg LegOf(const Grid& grid, const std::vector<int>& cells, const Waypoint& from,
+          const Waypoint& to) {
+  const FloorMap& map = grid.map;
+  Leg leg;
+  for (const int cell : cells) leg.push_back(map.CentreOf(cell % map.width, cell / map.width));
+  leg.front() = from.position;
+  if (leg.size() == 1) leg.push_back(to.position);
+  leg.back() = to.position;
+  leg = Resample(leg);
+  SmoothLeg(grid, &leg);
+  return Resample(leg);
+}
+
 }  // namespace
 
 std::vector<Waypoint> MoveStopsFromWalls(const FloorMap& map, std::vector<Waypoint> stops,
                                          double clearance) {
-  const std::vector<float> distance = DistanceToOccupied(map, 2.0);
+  const std::vector<float> distance = DistanceToNotFree(map, kFarthest);
   const Grid grid{map, distance, clearance};
   for (Waypoint& stop : stops) {
     const Eigen::Vector2i cell = map.CellOf(stop.position);
@@ -124,41 +165,43 @@ std::vector<Waypoint> MoveStopsFromWalls(const FloorMap& map, std::vector<Waypoi
   return stops;
 }
 
+Tour PlanTour(const FloorMap& map, const std::vector<Waypoint>& stops, double clearance) {
+  const std::vector<float> distance = DistanceToNotFree(map, kFarthest);
+  const Grid grid{map, distance, clearance};
+  Tour tour;
+  for (size_t i = 0; i < stops.size(); ++i) {
+    const Waypoint& to = stops[i];
+    const std::string why = WhyItCannotStand(grid, to);
+    if (!why.empty()) {
+      tour.refused.push_back({static_cast<int>(i), Place(to) + " " + why});
+      continue;
+    }
+    if (!tour.visited.empty()) {
+      const Waypoint& from = stops[tour.visited.back()];
+      const auto cells = AStar(grid, map.CellOf(from.position), map.CellOf(to.position));
+      if (cells.empty()) {
+        tour.refused.push_back({static_cast<int>(i), Place(to) + " cannot be reached from " +
+                                                         Place(from) +
+                                                         WhyThereIsNoWay(grid, from, to)});
+        continue;
+      }
+      tour.legs.push_back(LegOf(grid, cells, from, to));
+    }
+    tour.visited.push_back(static_cast<int>(i));
+  }
+  return tour;
+}
+
 Result<std::vector<Leg>> PlanLegs(const FloorMap& map, const std::vector<Waypoint>& visit,
                                   double clearance) {
-  const std::vector<float> distance = DistanceToOccupied(map, 2.0);
-  const Grid grid{map, distance, clearance};
-  for (size_t i = 0; i < visit.size(); ++i) {
-    const Eigen::Vector2i cell = map.CellOf(visit[i].position);
-    const std::string who = "stop " + std::to_string(i) + " at " + Place(visit[i]);
-    if (!map.InMap(cell.x(), cell.y())) {
-      return Error{ErrorCode::kBadData, who + " lies outside the map"};
-    }
-    if (!grid.Free(cell.x(), cell.y())) {
-      return Error{ErrorCode::kBadData, who +
-                                            " is in a wall, or nearer to one than the robot can "
-                                            "stand"};
-    }
+  Tour tour = PlanTour(map, visit, clearance);
+  if (tour.refused.empty()) return std::move(tour.legs);
+  std::string text;
+  for (const RefusedStop& refused : tour.refused) {
+    text += (text.empty() ? "" : "; ") + ("stop " + std::to_string(refused.stop) + " at ") +
+            refused.why;
   }
-  std::vector<Leg> legs;
-  for (size_t i = 0; i + 1 < visit.size(); ++i) {
-    const auto cells =
-        AStar(grid, map.CellOf(visit[i].position), map.CellOf(visit[i + 1].position));
-    if (cells.empty()) {
-      return Error{ErrorCode::kBadData, "stop " + std::to_string(i + 1) + " at " +
-                                            Place(visit[i + 1]) + " cannot be reached from " +
-                                            Place(visit[i])};
-    }
-    Leg leg;
-    for (const int cell : cells) leg.push_back(map.CentreOf(cell % map.width, cell / map.width));
-    leg.front() = visit[i].position;
-    if (leg.size() == 1) leg.push_back(visit[i + 1].position);
-    leg.back() = visit[i + 1].position;
-    leg = Resample(leg);
-    SmoothLeg(grid, &leg);
-    legs.push_back(Resample(leg));
-  }
-  return legs;
+  return Error{ErrorCode::kBadData, text};
 }
 
 }  // namespace gw::floorplan

@@ -61,6 +61,10 @@ Result<std::unique_ptr<process::Node>> NavigateNode::Create(const RobotConfig& c
 }
 
 Result<Done> NavigateNode::Start(process::Shell& shell) {
+  for (const std::string& complaint : navigator_.complaints()) {
+    shell.log().Write(shell.Now(), process::Severity::kWarning, "navigate.waypoint",
+                      {{"what", complaint}});
+  }
   auto ok =
       shell.Listen<WheelSample>(wire::kWheel, [this](const WheelSample& sample, Utime received) {
         time_.Observe(sample.utime, received);

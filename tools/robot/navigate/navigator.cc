@@ -75,16 +75,26 @@ Result<Navigator> Navigator::Create(const NavigateConfig& config, FloorMap map,
                                     const std::vector<int>& tour) {
   Navigator navigator(config, std::move(map));
   for (const int index : tour) navigator.stops_.push_back(navigator.MakeStop(waypoints[index]));
+  if (navigator.stops_.empty()) return navigator;
+  const Stop* from = nullptr;  // the last stop that can be visited
   for (size_t i = 0; i < tour.size(); ++i) {
     const Stop& to = navigator.stops_[i];
-    const Stop& from = navigator.stops_[i > 0 ? i - 1 : i];
-    const auto legs = floorplan::PlanLegs(navigator.map_, {from.aim, to.aim},
-                                          std::min(from.clearance_m, to.clearance_m));
-    if (legs) continue;
-    return Error{legs.error().code, "waypoint " + std::to_string(tour[i]) +
-                                        " of the tour cannot be visited: " + legs.error().message};
+    std::vector<Waypoint> way = {to.aim};
+    if (from != nullptr) way.insert(way.begin(), from->aim);
+    const double clearance = std::min((from != nullptr ? *from : to).clearance_m, to.clearance_m);
+    const floorplan::Tour visited = floorplan::PlanTour(navigator.map_, way, clearance);
+    if (visited.refused.empty()) from = &to;
+    for (const floorplan::RefusedStop& refused : visited.refused) {
+      navigator.complaints_.push_back("waypoint " + std::to_string(tour[i]) +
+                                      " of the tour cannot be visited: " + refused.why);
+    }
   }
-  return navigator;
+  if (navigator.complaints_.size() < tour.size()) return navigator;
+  std::string text;
+  for (const std::string& complaint : navigator.complaints_) {
+    text += (text.empty() ? "" : "; ") + complaint;
+  }
+  return Error{ErrorCode::kBadData, text};
 }
 
 Navigator::Output Navigator::Update(Utime now) {
@@ -146,9 +156,9 @@ void Navigator::Plan(Output* out) {
       std::min(to.clearance_m, stop_ > 0 ? stops_[stop_ - 1].clearance_m : to.clearance_m);
   const Waypoint here{pose_->position, pose_->yaw};
   const Waypoint from = floorplan::MoveStopsFromWalls(map_, {here}, clearance).front();
-  auto legs = floorplan::PlanLegs(map_, {from, to.aim}, clearance);
-  if (!legs) return GoOn(EventKind::kUnreachable, legs.error().message, out);
-  leg_ = std::move(legs->front());
+  floorplan::Tour way = floorplan::PlanTour(map_, {from, to.aim}, clearance);
+  if (!way.refused.empty()) return GoOn(EventKind::kUnreachable, way.refused.front().why, out);
+  leg_ = std::move(way.legs.front());
   const double max_w = config_.max_turn_deg_s * std::numbers::pi / 180;
   pursuit_.emplace(leg_, floorplan::PursuitConfig{config_.max_speed_m_s, max_w});
   phase_ = Phase::kFollow;

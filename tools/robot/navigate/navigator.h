@@ -45,11 +45,14 @@ struct Event {
 
 class Navigator {
  public:
-  // tour: indices of waypoints. Error kBadData names the waypoint that lies outside the map, in or
-  // too near to a wall, or has no way to it from the one before.
+  // tour: indices of waypoints. Those that cannot be visited (outside the map, in or too near to a
+  // wall or to unknown cells, without a way to it) are named by complaints() and passed over when
+  // their turn comes. Error kBadData names all of them when none can be visited.
   static Result<Navigator> Create(const NavigateConfig& config, floorplan::FloorMap map,
                                   const std::vector<floorplan::Waypoint>& waypoints,
                                   const std::vector<int>& tour);
+
+  const std::vector<std::string>& complaints() const { return complaints_; }
 
   // The newest pose; empty when the one before is no longer true.
   void Push(const std::optional<RobotPose>& pose) { pose_ = pose; }
@@ -102,6 +105,7 @@ class Navigator {
   NavigateConfig config_;
   floorplan::FloorMap map_;  // with what was bumped into
   std::vector<Stop> stops_;
+  std::vector<std::string> complaints_;
 
   PoseGuard guard_;
   PoseGuard::Verdict verdict_;

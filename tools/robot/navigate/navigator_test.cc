@@ -16,6 +16,8 @@ namespace {
 using floorplan::FloorMap;
 using floorplan::RoomForTest;
 using floorplan::Waypoint;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 const std::vector<Waypoint> kCorners = {
@@ -163,19 +165,40 @@ TEST(Navigator, AStopCloseToAWallIsVisitedFromAsNearAsTheRobotCanStand) {
   EXPECT_FALSE(drive.bumped());
 }
 
-TEST(Navigator, AStopThatNoRobotCanVisitIsAnErrorThatNamesIt) {
-  const auto create = [](const Waypoint& waypoint) {
-    FloorMap map = RoomForTest();
-    for (int y = 0; y < 50; ++y) map.occupied[map.index(45, y)] = 1;
-    return Navigator::Create({}, map, {kCorners[0], waypoint}, {0, 1});
-  };
-  const auto in_pillar = create({{2.85, 2.5}, 0});
-  ASSERT_FALSE(in_pillar.ok());
-  EXPECT_EQ(in_pillar.error().code, ErrorCode::kBadData);
-  EXPECT_THAT(in_pillar.error().message, HasSubstr("waypoint 1"));
-  EXPECT_THAT(in_pillar.error().message, HasSubstr("in a wall"));
-  EXPECT_THAT(create({{50, 2}, 0}).error().message, HasSubstr("outside the map"));
-  EXPECT_THAT(create({{5.2, 2}, 0}).error().message, HasSubstr("cannot be reached"));
+// A room that is walled off at x = 4.5 m and whose upper right corner nobody has mapped.
+FloorMap PartlyKnownRoom() {
+  FloorMap map = RoomForTest();
+  for (int y = 0; y < 50; ++y) map.occupied[map.index(45, y)] = 1;
+  map.unknown.assign(map.occupied.size(), 0);
+  for (int y = 35; y < 48; ++y) {
+    for (int x = 30; x < 45; ++x) map.unknown[map.index(x, y)] = 1;
+  }
+  return map;
+}
+
+TEST(Navigator, StopsThatNoRobotCanVisitAreAnErrorThatNamesThemAll) {
+  const std::vector<Waypoint> stops = {{{2.85, 2.5}, 0}, {{50, 2}, 0}, {{3.8, 4}, 0}};
+  const auto navigator = Navigator::Create({}, PartlyKnownRoom(), stops, {0, 1, 2});
+  ASSERT_FALSE(navigator.ok());
+  EXPECT_EQ(navigator.error().code, ErrorCode::kBadData);
+  EXPECT_THAT(navigator.error().message,
+              AllOf(HasSubstr("waypoint 0 of the tour cannot be visited: (2.85, 2.5) is in a wall"),
+                    HasSubstr("waypoint 1"), HasSubstr("(50, 2) lies outside the map"),
+                    HasSubstr("waypoint 2"), HasSubstr("(3.8, 4) lies in unknown cells")));
+}
+
+TEST(Navigator, StopsThatCannotBeVisitedAreNamedAndPassedOver) {
+  const FloorMap map = PartlyKnownRoom();
+  const std::vector<Waypoint> stops = {{{1, 1}, 0}, {{3.8, 4}, 0}, {{5.2, 2}, 0}, {{3.8, 1.2}, 0}};
+  auto navigator = Navigator::Create({}, map, stops, {0, 1, 2, 3});
+  ASSERT_TRUE(navigator.ok()) << navigator.error().message;
+  EXPECT_THAT(navigator->complaints(),
+              ElementsAre(HasSubstr("waypoint 1"), HasSubstr("(5.2, 2) cannot be reached")));
+  TestDrive drive(*std::move(navigator), map, stops[0]);
+  drive.RunUntil(120);
+  ASSERT_TRUE(drive.navigator().finished());
+  EXPECT_EQ(drive.Count(EventKind::kReached), 2);
+  EXPECT_EQ(drive.navigator().num_unreachable(), 2);
 }
 
 RobotPose Uncertain(double sigma_m, double sigma_deg = 0) {

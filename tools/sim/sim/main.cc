@@ -17,10 +17,12 @@
 #include "common/process/clock.h"
 #include "common/process/event_log.h"
 #include "common/wire/channels.h"
+#include "grid/files/map_server.h"
 #include "tools/robot/floorplan/floor_map.h"
 #include "tools/robot/floorplan/planner.h"
 #include "tools/sim/sim/scenario.h"
 #include "tools/sim/sim/simulation.h"
+#include "tools/sim/sim/standing_plan.h"
 
 namespace gw::sim {
 namespace {
@@ -33,7 +35,8 @@ void OnSignal(int) {
 }
 
 struct Arguments {
-  std::string map, waypoints, path, scenario, log, config_out, lcm_url, trajectory, odometry;
+  std::string map, waypoints, path, scenario, log, config_out, plan_out, lcm_url, trajectory,
+      odometry;
   std::optional<int> seed;
   std::optional<double> duration;
   std::optional<int64_t> start_utime;
@@ -78,6 +81,15 @@ Result<Done> WriteConfig(const RobotConfig& config, const std::string& path) {
   out.close();
   if (!out) return Error{ErrorCode::kIo, path + ": cannot write the robot configuration"};
   return Done{};
+}
+
+// What stands between the heights that matter to the robot, as a map of map_server.
+Result<Done> WritePlan(const Simulation& sim, const floorplan::FloorMap& map,
+                       const std::string& directory) {
+  const GridConfig& grid = sim.robot_config().grid;
+  return grid::WriteMapServer(
+      directory, StandingPlan(sim.world(), map, sim.T_GB().translation().head<2>(), grid.step_m,
+                              grid.robot_height_m, grid.cell_m));
 }
 
 class Progress {
@@ -150,6 +162,12 @@ Result<Done> Run(const Arguments& a) {
   Simulation& sim = **created;
   if (!a.config_out.empty()) {
     const auto written = WriteConfig(sim.robot_config(), a.config_out);
+    if (!written) return written.error();
+  }
+  if (!a.plan_out.empty()) {
+    const auto map = floorplan::LoadFloorMap(scenario->map);
+    if (!map) return map.error();
+    const auto written = WritePlan(sim, *map, a.plan_out);
     if (!written) return written.error();
   }
   // A log that is not complete never has the log's name.
@@ -251,6 +269,9 @@ int Main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   app.add_option("--log", a.log, "LCM log to write");
   app.add_option("--config-out", a.config_out, "robot configuration (YAML) to write");
+  auto* plan_out = app.add_option("--plan-out", a.plan_out,
+                                  "folder for map.yaml and map.pgm of what was built: walls and "
+                                  "furniture between the robot's floor and its top");
   auto* realtime =
       app.add_flag("--realtime", a.realtime, "publish on LCM, at the pace of the clock");
   app.add_flag("--fast", a.fast, "as fast as possible (default)")->excludes(realtime);
@@ -262,7 +283,7 @@ int Main(int argc, char** argv) {
                                     "are put around them unless --map is given");
   auto* odometry =
       app.add_option("--odometry", a.odometry, "the recorded robot's odometry, passed through");
-  trajectory->needs(odometry);
+  trajectory->needs(odometry)->excludes(plan_out);
   odometry->needs(trajectory);
   app.add_option("--start-utime", a.start_utime,
                  "stamp of the first instant, us (default: fixed; with --realtime, now)");

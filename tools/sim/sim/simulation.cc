@@ -100,6 +100,21 @@ Simulation::Simulation(const Scenario& scenario, Drive drive, Utime start, int t
               scenario.seed),
       odometry_(scenario.odometry, start, scenario.seed) {}
 
+// Whoever drives from outside passes over stops that cannot be visited, so that they are left out;
+// not the first, where the robot stands.
+Result<std::vector<floorplan::Leg>> Simulation::PlanStops(const floorplan::FloorMap& map,
+                                                          double clearance) {
+  if (drive_ != Drive::kExternal) return floorplan::PlanLegs(map, stops_, clearance);
+  floorplan::Tour tour = floorplan::PlanTour(map, stops_, clearance);
+  if (tour.visited.empty() || tour.visited.front() != 0) {
+    return floorplan::PlanLegs(map, {stops_.front()}, clearance);
+  }
+  std::vector<floorplan::Waypoint> visited;
+  for (const int stop : tour.visited) visited.push_back(stops_[stop]);
+  stops_ = std::move(visited);
+  return std::move(tour.legs);
+}
+
 Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
                                                        const floorplan::FloorMap& map, Drive drive,
                                                        Utime start, int threads) {
@@ -116,7 +131,7 @@ Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
   }
   const double clearance = scenario.base.radius_m + kClearance;
   sim->stops_ = floorplan::MoveStopsFromWalls(map, std::move(sim->stops_), clearance);
-  auto legs = floorplan::PlanLegs(map, sim->stops_, clearance);
+  const auto legs = sim->PlanStops(map, clearance);
   if (!legs) return legs.error();
   std::vector<Eigen::Vector2d> keep_free;
   for (const floorplan::Waypoint& stop : sim->stops_) keep_free.push_back(stop.position);

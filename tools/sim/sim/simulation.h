@@ -82,6 +82,7 @@ class Simulation {
  private:
   Simulation(const Scenario& scenario, Drive drive, Utime start, int threads);
 
+  Result<std::vector<floorplan::Leg>> PlanStops(const floorplan::FloorMap& map, double clearance);
   void Build(const floorplan::FloorMap& map, const floorplan::Waypoint& first,
              const std::vector<Eigen::Vector2d>& keep_free);
   void SendRecordedOdometry();

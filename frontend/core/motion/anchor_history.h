@@ -1,0 +1,40 @@
+// Where the odometry frame O lay in the world frame W, image by image, over the last seconds: what
+// the pose is rewound to when vision proves to have been held by something that is not the world.
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "common/core/se3.h"
+#include "common/core/time.h"
+
+namespace gw::frontend {
+
+class AnchorHistory {
+ public:
+  struct Since {
+    SE3 T_WO;
+    int num_images = 0;  // after that one
+  };
+  // T_WO as it was at the first image not before `then`; empty where none is known.
+  std::optional<Since> From(Utime then) const;
+
+  // After every image; times ascend.
+  void Remember(Utime utime, const SE3& T_WO);
+  // The map was corrected: W before the correction is now T_correction in W.
+  void Move(const SE3& T_correction);
+  // Dead reckoning has begun anew, or does not tell.
+  void Clear() { anchors_.clear(); }
+
+ private:
+  // The longest that what is fixed to the camera may have been taken for the world.
+  static constexpr DurationUs kSpan = Milliseconds(5000);
+
+  struct Anchor {
+    Utime utime;
+    SE3 T_WO;
+  };
+  std::deque<Anchor> anchors_;
+};
+
+}  // namespace gw::frontend

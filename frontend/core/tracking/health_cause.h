@@ -1,0 +1,15 @@
+// What is wrong with an image's pose, in words for HEALTH and the log of a study: what, and what to
+// do about it.
+#pragma once
+
+#include <string>
+
+#include "common/contract/tracking.h"
+#include "frontend/core/motion/dr_disagreement.h"
+
+namespace gw::frontend {
+
+// Empty: nothing. fault: what explains that dead reckoning contradicts vision, where that is known.
+std::string HealthCause(const FramePose& frame, const DrConstantFault& fault);
+
+}  // namespace gw::frontend

@@ -1,0 +1,49 @@
+#include "frontend/core/tracking/health_cause.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace gw::frontend {
+namespace {
+
+using testing::HasSubstr;
+
+std::string Cause(TrackingStatus status, TrackingReason reason) {
+  FramePose frame;
+  frame.status = status;
+  frame.reason = reason;
+  return HealthCause(frame, DrConstantFault{});
+}
+
+TEST(HealthCause, NothingIsWrongWhileVisionTracks) {
+  EXPECT_EQ(Cause(TrackingStatus::kTracking, TrackingReason::kNone), "");
+  EXPECT_EQ(Cause(TrackingStatus::kDegraded, TrackingReason::kTooFewInliers), "");
+}
+
+TEST(HealthCause, ACameraWithoutDepthIsNamedWhileNoMapBegins) {
+  EXPECT_THAT(Cause(TrackingStatus::kInitializing, TrackingReason::kNoMap),
+              HasSubstr("order of left and right image"));
+}
+
+TEST(HealthCause, WhatSpoilsVisionComesBeforeWhatFollowsFromIt) {
+  EXPECT_THAT(Cause(TrackingStatus::kDrOnly, TrackingReason::kFixedInImage),
+              HasSubstr("infrared projector"));
+  EXPECT_THAT(Cause(TrackingStatus::kDrOnly, TrackingReason::kTooFewMatches),
+              HasSubstr("lens and light"));
+  EXPECT_THAT(Cause(TrackingStatus::kLost, TrackingReason::kFixedInImage), HasSubstr("neither"));
+}
+
+TEST(HealthCause, ARecoveringPoseSaysWhatItDoesNotFitTo) {
+  EXPECT_THAT(Cause(TrackingStatus::kRecovering, TrackingReason::kPoseJump),
+              HasSubstr("somebody before the camera"));
+  EXPECT_THAT(Cause(TrackingStatus::kRecovering, TrackingReason::kPlaceUnknown),
+              HasSubstr("drive to where it was made"));
+}
+
+TEST(HealthCause, ADistrustedDeadReckoningIsNamed) {
+  EXPECT_THAT(Cause(TrackingStatus::kDegraded, TrackingReason::kDrContradictsVision),
+              HasSubstr("check wheel calibration"));
+}
+
+}  // namespace
+}  // namespace gw::frontend

@@ -1,0 +1,21 @@
+#include "grid/core/look_taker.h"
+
+namespace gw::grid {
+
+LookTaker::LookTaker(const CameraGeometry& geometry, const GridConfig& config)
+    // The image nearest to the period, whatever the jitter of the camera.
+    : least_(DurationFromSeconds(1 / config.rate_hz - 0.5 / geometry.calibration.camera.rate_hz)),
+      source_(MakeDepthSource(geometry, config)),
+      scanner_(source_->rays(), config) {}
+
+bool LookTaker::Due(Utime utime) const {
+  return !last_ || utime < *last_ || utime - *last_ >= least_;
+}
+
+std::optional<FloorScan> LookTaker::Look(const CameraFrame& frame) {
+  last_ = frame.utime;
+  if (!source_->Measure(frame, &depth_)) return std::nullopt;
+  return scanner_.Scan(depth_);
+}
+
+}  // namespace gw::grid

@@ -1,0 +1,69 @@
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "common/config/loader.h"
+#include "tools/data/files/format.h"
+#include "tools/lab/calibrate/commands.h"
+#include "tools/lab/calibrate/commented_config.h"
+#include "tools/lab/calibrate/drive_calibration.h"
+#include "tools/lab/calibrate/raw_motion.h"
+#include "tools/lab/check/vision_motion.h"
+
+namespace gw::calibrate {
+namespace {
+
+using tools::Format;
+
+std::string ReportText(const DriveCalibration& found) {
+  std::string text = Format("%d steps of half a second, %.1f m, %.0f deg of turns\n", found.steps,
+                            found.way_m, found.turn_rad * 180 / M_PI);
+  int undetermined = 0;
+  for (const Quantity& q : found.quantities) {
+    if (q.determined()) {
+      text += Format("  %-17s %10.4f +- %.4f %s\n", q.name, q.value, q.sigma, q.unit);
+    } else {
+      ++undetermined;
+      text += Format("  %-17s not determined by this drive: %s\n", q.name, q.remedy);
+    }
+  }
+  text +=
+      "camera: the correction to the T_BC that was given, about and along the body's axes; its "
+      "height is not told by a floor. Scales: true over measured motion\n";
+  text += undetermined == 0 ? "all determined\n"
+                            : Format("%d not determined: those stay as they were\n", undetermined);
+  return text;
+}
+
+}  // namespace
+
+Result<Done> RunDrive(const DriveOptions& options) {
+  Result<RobotConfig> config = LoadRobotConfig(options.config);
+  if (!config) return config.error();
+  const Result<RawMotion> motion = ReadMotion(options.log);
+  if (!motion) return motion.error();
+  const Result<check::VisionRun> vision = check::RunVision(options.log, *config);
+  if (!vision) return vision.error();
+  std::vector<CameraPose> poses;
+  for (const check::VisionPose& pose : vision->poses) {
+    poses.push_back({pose.utime, pose.T_WB * config->calibration.camera.T_BC, pose.seen});
+  }
+  const Result<DriveCalibration> found =
+      CalibrateDrive(poses, motion->wheels, motion->imu, config->calibration);
+  if (!found) return Error{found.error().code, options.log + ": " + found.error().message};
+  const Quantity& way = found->quantities[kWheelWay];
+  const Quantity& turn = found->quantities[kWheelTurn];
+  config->calibration = Corrected(config->calibration, *found);
+  const std::string report = ReportText(*found);
+  const Result<Done> written =
+      WriteCommented(options.config_out, "gw-calibrate drive " + options.log, report, *config);
+  if (!written) return written.error();
+  std::fputs(report.c_str(), stdout);
+  std::printf(
+      "%s: T_BC and time offsets; ticks_per_metre and track_width_m for a driver that counts "
+      "ticks (times %.4f and %.4f)\n",
+      options.config_out.c_str(), 1 / way.value, way.value / turn.value);
+  return Done{};
+}
+
+}  // namespace gw::calibrate

@@ -1,0 +1,151 @@
+"""drive_study.py BIN [--drives N] [--seconds S] [--keep DIR]: gw-calibrate drive on simulated drives with random errors.
+
+Each drive (40 s through an office, stereo, another way and another seed) is spoilt by errors that are known: the camera's rotation and
+place in the configuration (3 deg, 5 cm), scales of way, turn (as a track that is x0.4 to x2.5) and gyro (3 %), delays of wheels and IMU
+(50 ms). The base and gyro of the simulator have no scale errors of their own here; wheel slip, noise and biases stay. Prints a line for
+each drive and a table: how many errors are within what is wanted (0.1 deg, 5 mm, 0.2 %, 3 ms), how many quantities were said to be
+undetermined, and how many errors are inside the covariance (90 % are meant to be within 1.645 standard deviations). Exit 1 when fewer
+than 95 % of the errors that were not said to be undetermined are within twice what is wanted, or fewer than 80 % inside the covariance.
+"""
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "check"))
+from faults_test import ROOT, each, later, read, scaled, write  # pylint: disable=wrong-import-position
+
+SCENARIO = """name: calibrate
+seed: {seed}
+map: {root}/config/scenarios/maps/office/map.yaml
+waypoints: [[9.5, 2.0, 0.0], [12.5, 2.0, 0.0], [12.8, 4.5, 1.57], [11.0, 4.5, 3.14], [11.0, 2.5, -1.57], [7.5, 2.0, 0.0]]
+visit: [{visit}]
+drive: {{max_m_s: 0.6, max_deg_s: 60, turn_at_waypoints: {turn}, pause_s: 0}}
+world: {{walls: textured, floor: wood}}
+camera: {{rate_hz: 10, mode: stereo, width: 320, height: 240, focal_px: 190}}
+base: {{scale_error: 0, wheel_difference: 0, track_error: 0}}
+imu: {{gyro_scale_error: 0}}
+"""
+QUANTITIES = ["camera roll", "camera pitch", "camera yaw", "camera x", "camera y", "wheel way scale", "wheel turn scale",
+              "gyro turn scale", "wheel delay", "gyro delay"]
+WANTED = [0.1, 0.1, 0.1, 0.005, 0.005, 0.002, 0.002, 0.002, 0.003, 0.003]  # scales: of the true one
+T_BC = re.compile(r"T_BC: \{p: \[([^\]]*)\], q_wxyz: \[([^\]]*)\]\}")
+
+
+def multiply(a, b):
+    w, v, x, u = a[0], a[1:], b[0], b[1:]
+    return np.concatenate([[w * x - v @ u], w * u + x * v + np.cross(v, u)])
+
+
+def turn(degrees):
+    vector = np.radians(degrees)
+    angle = np.linalg.norm(vector)
+    return np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * vector / angle])
+
+
+def misplace(text, degrees, metres):
+    """The configuration whose T_BC has to be turned by `degrees` (body axes) and moved by `metres` to be right again."""
+    p, q = (np.array([float(v) for v in part.split(",")]) for part in T_BC.search(text).groups())
+    p, q = p - metres, multiply(turn(-degrees), q)
+    return T_BC.sub(f"T_BC: {{p: {p.tolist()}, q_wxyz: {q.tolist()}}}", text, count=1)
+
+
+def parse(text):
+    """name -> (value, sigma), None where it was said to be undetermined."""
+    found = {}
+    for name in QUANTITIES:
+        line = next(line for line in text.splitlines() if line.strip().startswith(name + " "))
+        numbers = re.search(r"(-?[\d.]+) \+- ([\d.]+)", line)
+        found[name] = tuple(float(v) for v in numbers.groups()) if numbers else None
+    return found
+
+
+def run_drive(binaries, folder, seed, seconds):
+    rng = np.random.default_rng(seed)
+    visit = list(range(6))
+    rng.shuffle(visit)
+    with open(f"{folder}/s.yaml", "w", encoding="utf-8") as f:
+        f.write(SCENARIO.format(root=ROOT, seed=seed + 1, visit=", ".join(map(str, visit * 3)),
+                                turn="true" if seed % 2 else "false"))
+    subprocess.run([f"{binaries}/gw-sim", "--scenario", f"{folder}/s.yaml", "--duration", str(seconds), "--log",
+                    f"{folder}/good.lcm", "--config-out", f"{folder}/good.yaml"], check=True, capture_output=True)
+    degrees, metres = rng.uniform(-3, 3, 3), np.append(rng.uniform(-0.05, 0.05, 2), 0)
+    way, gyro = rng.uniform(0.97, 1.03, 2)
+    track = np.exp(rng.uniform(np.log(0.4), np.log(2.5)))
+    wheel_us, gyro_us = rng.integers(-50_000, 50_000, 2)
+    events = read(f"{folder}/good.lcm")
+    events = later("WHEEL", int(wheel_us))(scaled("WHEEL", 1 / way, "dx", "dy")(scaled("WHEEL", 1 / track, "dyaw")(events)))
+    events = later("IMU", int(gyro_us))(scaled("IMU", 1 / gyro, "wx", "wy", "wz")(events))
+    write(f"{folder}/spoilt.lcm", each("WHEEL", lambda m, _: setattr(m, "has", False))(events))
+    with open(f"{folder}/good.yaml", encoding="utf-8") as f:
+        text = f.read()
+    with open(f"{folder}/spoilt.yaml", "w", encoding="utf-8") as f:
+        f.write(misplace(text, degrees, metres))
+    stated = re.search(r"wheel:.*?time_offset_s: ([\d.]+)", text, re.DOTALL)
+    truth = [*degrees, *metres[:2], way, track, gyro, (float(stated.group(1)) if stated else 0) + wheel_us * 1e-6, gyro_us * 1e-6]
+    done = subprocess.run([f"{binaries}/gw-calibrate", "drive", f"{folder}/spoilt.lcm", "--config", f"{folder}/spoilt.yaml",
+                           "--config-out", f"{folder}/out.yaml"], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        print(f"drive {seed}: gw-calibrate: exit {done.returncode}: {done.stderr.strip()}", flush=True)
+        return None
+    return truth, parse(done.stdout)
+
+
+class Tally:
+    """Of one quantity, over all drives."""
+
+    def __init__(self):
+        self.told = self.wanted = self.twice = self.inside = self.silent = 0
+        self.errors = []
+
+    def add(self, error, sigma, wanted):
+        self.told += 1
+        self.errors.append(error)
+        self.wanted += abs(error) <= wanted
+        self.twice += abs(error) <= 2 * wanted
+        self.inside += abs(error) <= 1.645 * sigma
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("binaries")
+    parser.add_argument("--drives", type=int, default=20)
+    parser.add_argument("--seconds", type=int, default=40)
+    parser.add_argument("--keep", help="folder for the recordings instead of a temporary one")
+    arguments = parser.parse_args()
+    tallies = [Tally() for _ in QUANTITIES]
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = arguments.keep or temporary
+        for seed in range(arguments.drives):
+            result = run_drive(arguments.binaries, folder, seed, arguments.seconds)
+            if result is None:
+                continue
+            truth, found = result
+            line = []
+            for i, name in enumerate(QUANTITIES):
+                if found[name] is None:
+                    tallies[i].silent += 1
+                    line.append("-")
+                    continue
+                value, sigma = found[name]
+                relative = truth[i] if "scale" in name else 1
+                tallies[i].add((value - truth[i]) / relative, sigma / relative, WANTED[i])
+                line.append(f"{(value - truth[i]) / relative:+.4f}({sigma / relative:.4f})")
+            print(f"drive {seed}: " + " ".join(line), flush=True)
+    print("| quantity | RMSE | within what is wanted | undetermined | inside 90 % |\n| --- | --- | --- | --- | --- |")
+    for name, wanted, tally in zip(QUANTITIES, WANTED, tallies):
+        rmse = np.sqrt(np.mean(np.square(tally.errors))) if tally.errors else float("nan")
+        print(f"| {name} | {rmse:.4f} ({wanted}) | {tally.wanted} of {tally.told} | {tally.silent} | {tally.inside} of {tally.told} |")
+    told = sum(t.told for t in tallies)
+    wanted, twice, inside = (sum(getattr(t, k) for t in tallies) for k in ("wanted", "twice", "inside"))
+    print(f"{wanted} of {told} within what is wanted, {twice} within twice, {inside} inside 90 %, "
+          f"{sum(t.silent for t in tallies)} said to be undetermined")
+    sys.exit(1 if told == 0 or twice < 0.95 * told or inside < 0.8 * told else 0)
+
+
+if __name__ == "__main__":
+    main()

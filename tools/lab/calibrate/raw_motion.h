@@ -1,0 +1,20 @@
+// The samples of wheels and IMU of a log, without its images.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/contract/samples.h"
+#include "common/core/result.h"
+
+namespace gw::calibrate {
+
+struct RawMotion {
+  std::vector<WheelSample> wheels;
+  std::vector<ImuSample> imu;
+};
+
+// Error: kNotFound, kIo.
+Result<RawMotion> ReadMotion(const std::string& log);
+
+}  // namespace gw::calibrate

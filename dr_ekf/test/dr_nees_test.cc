@@ -100,7 +100,7 @@ TEST_P(DrNees, IncrementsAreHonest) {
       options.gyro_bias[i] = kGyroBiasPrior * rng.Normal();
       options.accel_bias[i] = kAccelBiasPrior * rng.Normal();
     }
-    if (mode.calibration().imu.has_accel) {
+    if (const ImuCalibration imu = mode.calibration().imu; imu.present && imu.has_accel) {
       options.crab = kAskewPrior * rng.Normal();
       options.turn_centre = kTurnCentrePrior * rng.Normal();
     }

@@ -157,8 +157,8 @@ void JudgeFindings(const DrOnlyRun& run, DrVerdict* verdict) {
   for (const DrFinding& found : run.found) {
     const double after_s =
         run.poses.empty() ? 0 : std::max(0.0, (found.utime - run.poses.front().utime).seconds());
-    verdict->problems.push_back(
-        Format("after %.2f s: ", after_s) + std::string(dr_ekf::Text(found.diagnosis)));
+    verdict->problems.push_back(Format("after %.2f s: ", after_s) +
+                                std::string(dr_ekf::Text(found.diagnosis)));
   }
 }
 

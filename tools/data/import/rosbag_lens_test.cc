@@ -73,7 +73,7 @@ cv::Point2d CentreOf(const Image& image) {
   double sum = 0, x = 0, y = 0;
   for (int v = 0; v < image.height; ++v) {
     for (int u = 0; u < image.width; ++u) {
-      const double value = image.bytes[static_cast<size_t>(v * image.width + u)];
+      const double value = image.bytes.data()[v * image.width + u];
       sum += value;
       x += value * u;
       y += value * v;

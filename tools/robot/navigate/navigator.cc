@@ -38,6 +38,9 @@ constexpr double kReactS = 0.4;        // from an image to the first braking: 0.
                                        // views, 0.05 s to a command, 0.25 s to the motion
 constexpr double kPassSlowlyM = 0.25;  // from the robot's edge to an obstacle: slower, down to
 constexpr double kPassShare = 0.4;     // this share of the speed when it nearly touches
+constexpr double kUnplacedS = 2.0;     // without a place in the map, before it looks around,
+constexpr double kLookTurn = 0.5;      // rad/s,
+constexpr double kMostLook = 13;       // rad: twice around, then somebody has to move it
 constexpr double kPastS = 1.0;         // of poses is kept for late views
 constexpr DurationUs kPoseGap = Milliseconds(60);  // between a view and the pose it is taken with
 
@@ -123,6 +126,7 @@ Result<Navigator> Navigator::Create(const NavigateConfig& config, FloorMap map,
 
 void Navigator::Push(const std::optional<RobotPose>& pose) {
   pose_ = pose;
+  unplaced_ = !pose;
   if (!pose) return;
   if (!past_.empty() && pose->utime < past_.back().utime) past_.clear();
   past_.push_back(*pose);
@@ -150,13 +154,16 @@ Navigator::Output Navigator::Update(Utime now) {
   const std::string why = WhyNotDriving();
   if (!why.empty()) {
     if (!held_) Tell(EventKind::kHeld, why, &out);
+    if (!held_) held_since_ = now;
     held_ = true;
     last_bad_ = now;
+    out.speed = LookForPlace(now);
     return out;
   }
   if (held_) {
     if ((now - last_bad_).seconds() < kSteadyS) return out;
     held_ = false;
+    looked_ = 0;
     Tell(EventKind::kResumed, "", &out);
     phase_ = Phase::kPlan;
     progressed_.reset();
@@ -186,6 +193,15 @@ void Navigator::Drive(Utime now, Output* out) {
     case Phase::kLook:
       return Look(out);
   }
+}
+
+// Dead reckoning is there, and a map is, but not where in it the robot stands: another view may
+// tell. A round robot can turn wherever it can stand.
+floorplan::Speed Navigator::LookForPlace(Utime now) {
+  if (!unplaced_ || contact_.wheel_drop || looked_ > kMostLook) return {};
+  if ((now - held_since_).seconds() < kUnplacedS) return {};
+  looked_ += kLookTurn / kRateHz;
+  return {0, kLookTurn};
 }
 
 // Empty when it may drive.

@@ -63,7 +63,8 @@ class Navigator {
 
   const std::vector<std::string>& complaints() const { return complaints_; }
 
-  // The newest pose; empty when the one before is no longer true.
+  // The newest pose; empty when dead reckoning goes on but has no place in the map: then the robot
+  // looks around, twice at most, until it has one.
   void Push(const std::optional<RobotPose>& pose);
   // False: not used, the pose at its image is not known.
   bool See(const ObstacleView& view);
@@ -106,6 +107,7 @@ class Navigator {
   Stop MakeStop(const floorplan::Waypoint& given) const;
 
   std::string WhyNotDriving() const;
+  floorplan::Speed LookForPlace(Utime now);
   void Drive(Utime now, Output* out);
   void Plan(Utime now, Output* out);
   floorplan::Tour WayOn(const floorplan::FloorMap& map, double clearance) const;
@@ -144,6 +146,9 @@ class Navigator {
   int attempts_ = 0;
   int num_unreachable_ = 0;
   bool held_ = false;
+  bool unplaced_ = false;
+  Utime held_since_;
+  double looked_ = 0;  // rad, commanded while it had no place
   Utime last_bad_;
   bool told_finished_ = false;
   floorplan::Leg leg_;

@@ -12,7 +12,7 @@
 
 namespace gw::grid {
 
-// Of a cell or of a tile; ordered by y, then x.
+// Index of a cell or of a tile; ordered by y, then x.
 struct Index2 {
   int32_t x = 0, y = 0;
   friend bool operator<(const Index2& a, const Index2& b) {

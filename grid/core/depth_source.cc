@@ -13,7 +13,7 @@ namespace {
 // m.
 constexpr int kEnoughColumns = 320;
 constexpr int kEnoughRows = 240;
-// Of a stereo pair: the error of a disparity is a part of a pixel, so columns are worth more here.
+// For a stereo pair the error of a disparity is a part of a pixel, so columns are worth more here.
 // Rows may be joined, they tell the same disparity.
 constexpr int kEnoughStereoColumns = 640;
 

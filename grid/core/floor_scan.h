@@ -34,7 +34,7 @@ struct FloorScan {
   float bearing_step = 0;                            // rad, to the left
   int num_bearings = 0;
   float max_range = 0;
-  // Of bin b: [begin[b], begin[b + 1]) of the lists.
+  // Bin b has [begin[b], begin[b + 1]) of the lists.
   std::vector<int> free_begin, hit_begin;
   std::vector<Stretch> free;  // floor that was seen
   std::vector<Hit> hits;      // obstacles and the edges of holes

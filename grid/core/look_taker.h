@@ -16,7 +16,7 @@ class LookTaker {
  public:
   LookTaker(const CameraGeometry& geometry, const GridConfig& config);
 
-  // Whether an image of this time is wanted: grid.rate_hz. An image that is older than the newest
+  // True when an image of this time is wanted: grid.rate_hz. An image that is older than the newest
   // begins a new count: the clock was set back.
   bool Due(Utime utime) const;
   // Empty for an image that is not of the calibrated kind and size.

@@ -14,7 +14,7 @@ class Pose2 {
   Pose2() = default;
   Pose2(const Eigen::Vector2d& p, double yaw)
       : p_(p), yaw_(yaw), cos_(std::cos(yaw)), sin_(std::sin(yaw)) {}
-  // Of a body that stands on the floor: tilt and height are left out.
+  // The pose of a body that stands on the floor: tilt and height are left out.
   explicit Pose2(const SE3& T)
       : Pose2(T.translation().head<2>(), HeadingOf(T.rotation() * Eigen::Vector3d::UnitX())) {}
 

@@ -1,6 +1,6 @@
 // gw-grid as a node: CAMERA, FRAME_POSE, MAP_UPDATE and DR in, GRID and OBSTACLES out.
 //
-// Of the images the newest that is due is looked at; OBSTACLES leave at once, whether or not vision
+// The newest image that is due is looked at; OBSTACLES leave at once, whether or not vision
 // knows the place. A scan waits for the FRAME_POSE of its image and then becomes part of the floor
 // map. MAP_UPDATE is listened to without acknowledging: updates tell whole poses, so that a lost
 // one is made up for by the next; at the start gw-grid asks for a snapshot if none comes by itself.

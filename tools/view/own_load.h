@@ -7,7 +7,7 @@ namespace gw::view {
 
 class OwnLoad {
  public:
-  // Of one core, since the call before, percent; 0 at the first call.
+  // Time spent on one core since the call before, percent; 0 at the first call.
   double CpuPercent(Utime now);
   // Resident, MB.
   static double MemoryMb();

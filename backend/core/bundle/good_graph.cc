@@ -96,7 +96,7 @@ Eigen::MatrixXd MarginalInformation(const Map& map, const MappingContext& contex
 
 std::vector<int> ChooseLargestLogdet(const Eigen::MatrixXd& M, int size) {
   const auto blocks = static_cast<int>(M.rows() / 6);
-  // Of every candidate i: W_i = inv(L) M_Si, and what is left of M_ii without the chosen ones, D_i
+  // For every candidate i: W_i = inv(L) M_Si, and what is left of M_ii without the chosen ones, D_i
   // = M_ii - W_i' W_i, the square of its block on the diagonal of the factor.
   std::vector<Eigen::MatrixXd> W(static_cast<size_t>(blocks), Eigen::MatrixXd(6 * size, 6));
   std::vector<Matrix6d> D(static_cast<size_t>(blocks));

@@ -177,7 +177,7 @@ FixedInImage::Vote FixedInImage::Judge(const Track& t) const {
 // What the image says of its tracks. Anchors are taken anew where it says something.
 void FixedInImage::Decide() {
   std::vector<Vote> votes(tracks_.size());
-  // Of those that are known to move with the world, and of the others.
+  // Counts among the features that are known to move with the world, and among the others.
   int known_world = 0, known_other = 0, other_fixed = 0, other_neither = 0;
   for (size_t i = 0; i < tracks_.size(); ++i) {
     votes[i] = Judge(tracks_[i]);

@@ -29,8 +29,8 @@ class StereoMatcher {
   // zero, so that a far point does not take the place of a wrong near one.
   void Match(const StereoSide& left, const StereoSide& right, std::vector<float>* disparities);
 
-  // Of a sample of the fine features, how far their unmistakable partners lie off their rows,
-  // within 8 px of the level, whatever disparity Match gave them. Call after Match.
+  // Measures on a sample of the fine features how far their unmistakable partners lie off their
+  // rows, within 8 px of the level, whatever disparity Match gave them. Call after Match.
   void MeasureRowOffsets(const StereoSide& left, const StereoSide& right,
                          std::vector<FeatureFrame::RowOffset>* out) const;
 

@@ -11,7 +11,7 @@ namespace gw::fault {
 
 class VisionFaults {
  public:
-  // Of `faults` those of the camera, one after the other.
+  // Applies those of `faults` that are of the camera, one after the other.
   VisionFaults(const std::vector<NamedFault>& faults, const CameraOptics& optics);
 
   bool empty() const { return faults_.empty(); }

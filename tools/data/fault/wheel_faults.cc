@@ -28,7 +28,7 @@ SampleFault<WheelSample> Counts(double factor) {
     for (auto& [sample, delay] : samples) {
       const double dy_m = sample.dy_m;
       sample = faults.Apply(sample, inside ? factor : 1, false);
-      // Of an arc with way and turn both negated, the part to the side stays.
+      // An arc whose way and turn are both negated keeps its part to the side.
       if (inside && factor < 0) sample.dy_m = dy_m;
     }
   };

@@ -101,7 +101,7 @@ Result<Done> ReadFrames(const fs::path& source, const ReadOptions& options, Reco
   return Done{};
 }
 
-// Of the camera; empty where there is none.
+// The true poses of the camera; empty where there are none.
 Result<std::vector<StampedPose>> ReadTruth(const fs::path& source, Recording& recording) {
   const char* const name = Exists(source / "groundtruth.txt") ? "groundtruth.txt" : "pose.txt";
   if (!Exists(source / name)) {

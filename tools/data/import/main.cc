@@ -118,7 +118,7 @@ std::string Summary(const Recording& recording, const LogSummary& log,
   return out;
 }
 
-// Of the log that was written; a check that cannot run costs a line, not the import.
+// Findings about the log that was written; a check that cannot run costs a line, not the import.
 std::optional<tools::Json> CheckFindings(const Arguments& a) {
   if (a.no_check) return std::nullopt;
   Result<tools::Json> findings = RunCheck(a.log, a.config);

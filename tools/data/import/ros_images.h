@@ -13,7 +13,7 @@ bool IsImageType(const std::string& type);
 
 // Encoding of a raw image ("mono8"), format of a compressed one ("16UC1; compressedDepth png").
 Result<std::string> DecodeRosEncoding(const RosMessage& message, const std::string& type);
-// Whether an encoding or format is one of depth.
+// True for an encoding or format of depth.
 bool IsDepthEncoding(const std::string& encoding);
 
 // Grey of mono8 and 8UC1 as it is; the upper byte of mono16 and 16UC1; colour (rgb8, bgr8, rgba8,

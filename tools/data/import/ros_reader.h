@@ -52,7 +52,7 @@ class RosReader {
     std::memcpy(&value, raw, sizeof(T));
     return value;
   }
-  // Of bytes.
+  // An array of bytes.
   bag::Bytes Array() { return Take(Read<uint32_t>()); }
   std::string Text() {
     bag::Bytes bytes = Array();

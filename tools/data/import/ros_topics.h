@@ -18,7 +18,8 @@ struct TopicWishes {
   std::string odometry;  // nav_msgs/Odometry, sensor_msgs/JointState, kobuki SensorState
   std::string imu;       // sensor_msgs/Imu, or "GYRO,ACCELEROMETER" of two such topics
   std::string truth;     // of a pose type
-  // Of the calibration that is given, if one is: decides where a bag has cameras of both kinds.
+  // The kind in the calibration that is given, if one is: decides where a bag has cameras of both
+  // kinds.
   std::optional<CameraKind> kind;
 };
 

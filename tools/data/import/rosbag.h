@@ -14,7 +14,7 @@ struct RosbagOptions {
   TopicWishes topics;
   // Ground truth as a transform of tf, where no topic is one.
   std::string truth_parent = "world", truth_child = "base_link_gt";
-  // Of a base whose odometry is JointState or ticks; 0: those of the calibration.
+  // Geometry of a base whose odometry is JointState or ticks; 0: those of the calibration.
   double wheel_radius_m = 0, track_m = 0;
   // In place of what the bag says about the sensors: section `calibration` of a robot's YAML, or
   // the data set's file, with mount.

@@ -100,7 +100,7 @@ class FrameWriter {
     return log_.Append(wire::kCamera, frame);
   }
 
-  // Of all frames together.
+  // The verdict on all frames together.
   Result<Done> Verdict() {
     if (broken_ == 0) return Done{};
     if (!skip_broken_) {

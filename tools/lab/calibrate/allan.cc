@@ -13,7 +13,7 @@ namespace {
 constexpr int kTerms = 4;  // quantisation, white noise, flicker noise, random walk
 constexpr int kRounds = 6;
 // Estimates at neighbouring averaging times share their data, which the fit takes for independent.
-// Of 180 simulated recordings of 10 to 60 minutes the random walk's error was 1.5 times the
+// In 180 simulated recordings of 10 to 60 minutes the random walk's error was 1.5 times the
 // standard deviation of the fit, that of the white noise 0.9 times.
 constexpr double kShared = 1.5;
 

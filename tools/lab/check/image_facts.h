@@ -12,7 +12,7 @@
 
 namespace gw::check {
 
-// Of every image.
+// What is measured on every image.
 struct ImageFact {
   Utime utime;
   int width = 0, height = 0;
@@ -22,8 +22,8 @@ struct ImageFact {
   bool same_eyes = false;     // the right image is the left one, byte for byte
 };
 
-// Of some stereo pairs, a few a second: corners of the left image found in the right one, in
-// rectified pixels.
+// What is measured on some stereo pairs, a few a second: corners of the left image found in the
+// right one, in rectified pixels.
 struct PairFact {
   Utime utime;
   int matches = 0;
@@ -33,7 +33,7 @@ struct PairFact {
   double row_spread_px = 0;        // median deviation from it
 };
 
-// Of some depth images.
+// What is measured on some depth images.
 struct DepthFact {
   double measured_share = 0;  // of the pixels, that have any value
   double usable_share = 0;    // of these, within the calibration's depth_min_m to depth_max_m

@@ -42,7 +42,7 @@ std::optional<Trial> FitAt(const std::vector<MotionStep>& reference, const Motio
   trial.rest = std::max(0.0, square - solution.dot(right));
   const double variance = trial.rest / (trial.steps - 2);
   trial.sigma_scale = std::sqrt(variance * normal.inverse()(0, 0));
-  // Of both after the bias is taken off.
+  // Sums of squares of both rates after the bias is taken off.
   const double reference_square = normal(0, 0) - normal(0, 1) * normal(0, 1) / normal(1, 1);
   const double other_square = square - right.y() * right.y() / normal(1, 1);
   if (other_square > 0 && reference_square > 0) {
@@ -90,7 +90,7 @@ std::optional<MotionFit> FitMotion(const std::vector<MotionStep>& reference, con
   const auto after = FitAt(reference, other, around + Milliseconds(best_ms + kSide));
   if (!before || !after) return fit;
   const double h = kSide * 1e-3;
-  // Of the mean square: at the edges of the recording a step more or less is covered.
+  // Mean squares, not sums: at the edges of the recording a step more or less is covered.
   const double rest = best->rest / best->steps;
   const double rest_before = before->rest / before->steps, rest_after = after->rest / after->steps;
   const double curvature = (rest_before + rest_after - 2 * rest) / (h * h);

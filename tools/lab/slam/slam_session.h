@@ -72,7 +72,7 @@ class SlamSession {
 
   // Every image's pose, as it was published.
   const std::vector<FramePose>& frames() const { return frames_; }
-  // Of the same images, without their features.
+  // Details of the same images, without their features.
   const std::vector<FrameDetail>& details() const { return details_; }
   // The same image's pose expressed by the final keyframes.
   SE3 FinalPose(const FramePose& frame) const;

@@ -35,7 +35,7 @@ bool Names(const Saying& saying, Accused guilty) {
   return saying.accused == guilty || (saying.accused == Accused::kDr && guilty != Accused::kVision);
 }
 
-// Of one seed.
+// Seconds until one start names the guilty one.
 std::optional<double> NamedAfter(Accused guilty, const std::vector<Saying>& sayings) {
   for (const Saying& s : sayings) {
     if (Names(s, guilty)) return s.after_s;

@@ -229,7 +229,8 @@ Result<Done> Run(const Arguments& a) {
     if (!drive) return drive.error();
     return Done{};
   };
-  if (const auto done = again("own_grid"); !done || a.boxes == 0) return done;
+  auto done = again("own_grid");
+  if (!done || a.boxes == 0) return done;
   AddBoxes(a.boxes, &course);
   return again("boxes");
 }

@@ -97,15 +97,14 @@ double DistanceTo(const floorplan::Leg& leg, const Eigen::Vector2d& p) {
 enum class PoseKind { kTruth, kDrifting };
 
 Driven DriveFiveLaps(uint64_t seed, PoseKind kind, const dr_ekf::GlideRates& rates) {
-  std::vector<int> tour;
-  for (int k = 0; k < 20; ++k) tour.push_back((k + 1) % 4);
+  const std::vector<int> tour = floorplan::StopsOfLaps(4, {1, 2, 3, 0}, 5);
   auto navigator = Navigator::Create({}, RoomForTest(), kCorners, tour);
   EXPECT_TRUE(navigator.ok());
   TestDrive drive(*std::move(navigator), RoomForTest(), kCorners[0]);
   DriftingPose drifting(seed, rates);
   RobotPose told;
   drive.view = [&](const RobotPose& truth) {
-    const auto pose = kind == PoseKind::kTruth ? std::optional(truth) : drifting.See(truth);
+    auto pose = kind == PoseKind::kTruth ? std::optional(truth) : drifting.See(truth);
     if (pose) told = *pose;
     return pose;
   };

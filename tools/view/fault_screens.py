@@ -23,7 +23,7 @@ drive: {{max_m_s: 0.5, max_deg_s: 60, turn_at_waypoints: false, pause_s: 0}}
 world: {{walls: textured, floor: wood}}
 camera: {{rate_hz: 10, mode: stereo, width: 320, height: 240, focal_px: 190}}
 """
-SECONDS = 13
+SECONDS = 13  # of the drive, until the picture is taken; the log goes on
 # Name: options of gw-fault, or a process that is killed in the middle and not started again.
 FAULTS = {
     "lights out": ["--black", "6:"],
@@ -60,7 +60,7 @@ class Run:
 
 def show(binaries, config, log, killed, picture):
     run = Run(binaries, config)
-    shot = subprocess.Popen(["node", f"{HERE}/page/test/screenshot.mjs", run.address, str(SECONDS - 1), picture],
+    shot = subprocess.Popen(["node", f"{HERE}/page/test/screenshot.mjs", run.address, str(SECONDS), picture],
                             stdout=subprocess.PIPE, text=True)
     shot.stdout.readline()
     player = subprocess.Popen(["lcm-logplayer", f"--lcm-url={URL}", "--regexp=^(CAMERA|IMU|WHEEL|GROUND_TRUTH)$", log],
@@ -84,7 +84,7 @@ def main():
     with open(f"{out}/scenario.yaml", "w", encoding="utf-8") as f:
         f.write(SCENARIO.format(root=os.path.abspath(f"{HERE}/../..")))
     log, config = f"{out}/sound.lcm", f"{out}/robot.yaml"
-    subprocess.run([f"{binaries}/gw-sim", "--scenario", f"{out}/scenario.yaml", "--duration", str(SECONDS + 1), "--log", log,
+    subprocess.run([f"{binaries}/gw-sim", "--scenario", f"{out}/scenario.yaml", "--duration", str(SECONDS + 10), "--log", log,
                     "--config-out", config], check=True, capture_output=True)
     names = list(FAULTS)
     random.Random(sys.argv[4] if len(sys.argv) > 4 else None).shuffle(names)

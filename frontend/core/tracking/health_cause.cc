@@ -7,7 +7,8 @@ std::string CauseOf(TrackingStatus status) {
   switch (status) {
     case TrackingStatus::kInitializing:
       return "no map can be begun: too few features of the image have a depth. Check lens and "
-             "light, the order of left and right image, the baseline, the unit of depth";
+             "light, the order of left and right image (exchanged, or one of them twice), the "
+             "baseline, the unit of depth";
     case TrackingStatus::kLost:
       return "neither vision nor dead reckoning: check lens, light and gw-dr-ekf";
     case TrackingStatus::kRecovering:

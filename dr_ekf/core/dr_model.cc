@@ -53,7 +53,10 @@ FilterState DrModel::Initial(Utime utime) const {
     state.P(kWheelScale, kWheelScale) = Square(config_.wheel_scale_sigma);
     state.P(kYawScale, kYawScale) = Square(
         imu_.present && config_.wheel_scale_sigma > 0 ? kYawScalePrior : config_.wheel_scale_sigma);
-    if (imu_.present && imu_.has_accel) state.P(kClimb, kClimb) = Square(kClimbPrior);
+    if (imu_.present && imu_.has_accel) {
+      state.P(kClimb, kClimb) = state.P(kCrab, kCrab) = Square(kAskewPrior);
+      state.P(kTurnCentre, kTurnCentre) = Square(kTurnCentrePrior);
+    }
   }
   return state;
 }
@@ -67,6 +70,8 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   state.wheel_scale = before.wheel_scale;
   state.yaw_scale = before.yaw_scale;
   state.climb = before.climb;
+  state.crab = before.crab;
+  state.turn_centre = before.turn_centre;
   state.accel_unfit = before.accel_unfit;
   state.accel_noise = before.accel_noise;
   state.turn_noise = before.turn_noise;
@@ -77,8 +82,8 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   // Unknown motion: it may be anywhere near and face anywhere.
   state.P.block<3, 3>(0, 0).diagonal().array() += 1.0;
   state.P(5, 5) += 1.0;
-  for (const int scale : {kWheelScale, kYawScale, kClimb}) {
-    state.P(scale, scale) = before.P(scale, scale);
+  for (const int of_wheels : {kWheelScale, kYawScale, kClimb, kCrab, kTurnCentre}) {
+    state.P(of_wheels, of_wheels) = before.P(of_wheels, of_wheels);
   }
   if (!imu_.present) return state;
   state.gyro_bias = before.gyro_bias;
@@ -105,7 +110,7 @@ FilterState DrModel::RestartedWithoutImu(const FilterState& before, const SE3& T
   wheels.T_OS = SE3(Eigen::Quaterniond(heading), T_OB.translation()) * T_BS_;
   wheels.yaw_scale = 1;  // it was compared with a gyro that is not believed
   wheels.wheel_scale = 1;
-  wheels.climb = 0;
+  wheels.climb = wheels.crab = wheels.turn_centre = 0;
   FilterState state = Restarted(wheels, utime);
   state.P = Initial(utime).P;
   const Matrix6d pose = before.P.block<6, 6>(kPose, kPose);

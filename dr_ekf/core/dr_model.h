@@ -145,6 +145,8 @@ class DrModel {
   void UpdateWay(const WheelSample& sample, FilterState& state) const;
   WayInnovation InnovateWay(const WheelSample& sample, const FilterState& state) const;
   void CorrectWay(WayInnovation in, FilterState& state) const;
+  // The accelerometer asks for wheels that the priors do not know.
+  bool ContradictsPriors(const FilterState& state) const;
   // Over kWatchMemory without slip the filter's way is that of the wheels.
   void WatchWay(const WayInnovation& in, double sums, FilterState& state) const;
   void DefineWay(const WheelSample& sample, WayInnovation in, FilterState& state) const;

@@ -59,7 +59,11 @@ DrState DrModel::Publish(const FilterState& state) const {
     C.block<3, 3>(0, 0) = state.P.block<3, 3>(kVelocity, kVelocity);
     white[1] = white[2] = side;
   }
-  if (state.aligned) C(2, 2) += Square(speed) * state.P(kClimb, kClimb);
+  if (state.aligned) {
+    C(1, 1) +=
+        Square(rate) * state.P(kTurnCentre, kTurnCentre) + Square(speed) * state.P(kCrab, kCrab);
+    C(2, 2) += Square(speed) * state.P(kClimb, kClimb);
+  }
   if (gyro) {
     white.tail<3>().setConstant(Square(imu_.gyro_noise));
     C.block<3, 3>(3, 3) = R_BI_ * state.P.block<3, 3>(kGyroBias, kGyroBias) * R_BI_.transpose();

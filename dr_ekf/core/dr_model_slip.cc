@@ -1,6 +1,7 @@
 // DrModel: health of the wheels. Who accuses them, who is believed, and how they are trusted again.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dr_ekf/core/dr_model.h"
 #include "dr_ekf/core/error_state.h"
@@ -60,11 +61,16 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interv
 void DrModel::FindUnfit(FilterState& state) const {
   if (state.accel_unfit) return;
   state.accel_unfit = true;
-  // What it has told of the wheels' scale is void.
+  // What it has told of the wheels' scale, and of where they roll, is void.
   state.wheel_scale = 1;
-  state.P.row(kWheelScale).setZero();
-  state.P.col(kWheelScale).setZero();
-  state.P(kWheelScale, kWheelScale) = Square(config_.wheel_scale_sigma);
+  state.crab = state.turn_centre = 0;
+  for (const auto& [index, sigma] :
+       {std::pair(kWheelScale, config_.wheel_scale_sigma), std::pair(kCrab, kAskewPrior),
+        std::pair(kTurnCentre, kTurnCentrePrior)}) {
+    state.P.row(index).setZero();
+    state.P.col(index).setZero();
+    state.P(index, index) = Square(sigma);
+  }
   state.forward_gate = state.sideways_gate = {};
   DoubtAccelerometer(0, kSpeedSlack, state);
 }

@@ -30,7 +30,12 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
                 Vector3d(sample.dx_m, sample.dy_m, 0);
   const Vector3d own = half_back * T_ab.translation();
   in.way = state.wheel_scale * in.measured;
-  if (state.aligned) in.way.z() = state.climb * in.way.x();
+  const double arc = 2 * std::sin(0.5 * angle.z());
+  if (state.aligned) {
+    // The point that rolls straight ahead is not the origin of B, nor is their "ahead" its x.
+    in.way.z() = state.climb * in.way.x();
+    in.way.y() += state.crab * in.way.x() - arc * state.turn_centre;
+  }
   in.residual = in.way - own;
 
   // Derivative of the filter's own way with the motion since the clone, then with both poses.
@@ -56,7 +61,10 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
   }
   in.noise = noise_of(state.way_unmeasured ? in.measured.norm() : sensitivity.x());
   in.H.col(kWheelScale) = -sensitivity;
-  if (state.aligned) in.H(2, kClimb) = -state.wheel_scale * sensitivity.x();
+  if (state.aligned) {
+    in.H(2, kClimb) = in.H(1, kCrab) = -state.wheel_scale * sensitivity.x();
+    in.H(1, kTurnCentre) = arc;
+  }
   in.H(0, kNewSum) = 1;
   in.H(0, kCloneSum) = -1;
   return in;
@@ -85,6 +93,7 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   // Where it agrees with the wheels the accelerometer is as good as it is said to be.
   const double noise_factor =
       state.accel_noise.value() > kAgreeingNoise ? state.accel_noise.value() : 1.0;
+  bool rolls = !state.slip;
   for (const int axis : {0, 1}) {
     SlipGate::Interval interval;
     interval.innovation = in.residual[axis];
@@ -94,7 +103,9 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
     interval.utime = state.utime;
     interval.dt = in.dt;
     double excess = 0;
-    switch (JudgeWay(axis, in.way[axis], interval, &excess, state)) {
+    const SlipGate::Verdict verdict = JudgeWay(axis, in.way[axis], interval, &excess, state);
+    rolls = rolls && verdict == SlipGate::Verdict::kAgrees;
+    switch (verdict) {
       case SlipGate::Verdict::kAgrees:
         break;
       case SlipGate::Verdict::kOutlier:
@@ -114,14 +125,20 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   if (!state.forward_gate.rejecting) state.accel_noise.Add(state.forward_gate.normalised, in.dt);
   const double raw = in.residual.x();
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
+  state.rolling_untold = !rolls;
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
+  state.rolling_untold = false;
   if (!state.slip) {
     state.stamp_error.Add(raw, own(0, 0) + in.noise.x(), speed, in.dt);
     WatchWay(in, sums, state);
   }
-  if (std::abs(state.wheel_scale - 1) > kMostScaleSigmas * config_.wheel_scale_sigma) {
-    FindUnfit(state);
-  }
+  if (ContradictsPriors(state)) FindUnfit(state);
+}
+
+bool DrModel::ContradictsPriors(const FilterState& state) const {
+  return std::abs(state.wheel_scale - 1) > kMostPriorSigmas * config_.wheel_scale_sigma ||
+         std::abs(state.crab) > kMostPriorSigmas * kAskewPrior ||
+         std::abs(state.turn_centre) > kMostPriorSigmas * kTurnCentrePrior;
 }
 
 void DrModel::WatchWay(const WayInnovation& in, double sums, FilterState& state) const {

@@ -50,8 +50,12 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   const Eigen::Matrix<double, kErrorSize, kRows> PHt = state.P * H.transpose();
   const Eigen::Matrix<double, kRows, kRows> S = H * PHt + R;
   Eigen::Matrix<double, kErrorSize, kRows> K = S.ldlt().solve(PHt.transpose()).transpose();
-  // An unfit accelerometer, or bad stamps, tell nothing of the wheels' scale.
+  // An unfit accelerometer, or bad stamps, tell nothing of the wheels' scale; nor does the former,
+  // or a way that is not rolled, tell where the wheels roll.
   if (state.accel_unfit || state.scale_untold) K.row(kWheelScale).setZero();
+  if (state.accel_unfit || state.rolling_untold) {
+    K.template middleRows<kClone - kCrab>(kCrab).setZero();
+  }
   if (hold) {
     K.template topRows<9>().setZero();
     K.template bottomRows<kErrorSize - kClone>().setZero();
@@ -95,6 +99,8 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   state.wheel_scale = std::clamp(state.wheel_scale + d[kWheelScale], 0.5, 2.0);
   state.yaw_scale = std::clamp(state.yaw_scale + d[kYawScale], kLeastYawScale, kMostYawScale);
   state.climb = std::clamp(state.climb + d[kClimb], -0.2, 0.2);
+  state.crab = std::clamp(state.crab + d[kCrab], -0.2, 0.2);
+  state.turn_centre = std::clamp(state.turn_centre + d[kTurnCentre], -0.5, 0.5);
 }
 
 template void Update<1>(const Eigen::Matrix<double, 1, kErrorSize>&,

@@ -26,13 +26,17 @@ inline constexpr int kAccelBias = 12;   // 3: in I
 inline constexpr int kWheelScale = 15;  // 1: true way / measured way
 inline constexpr int kYawScale = 16;    // 1: true / measured yaw of the wheels
 inline constexpr int kGyroScale = 17;   // 3: in I, true / measured rate
-inline constexpr int kClimb = 20;       // 1: rise of B per way driven, from a tilted mounting
-inline constexpr int kClone = 21;       // 6
+// How the wheels roll, seen in B as the IMU's mounting has it
+// (docs/adr/0024-where-the-wheels-roll.md).
+inline constexpr int kClimb = 20;       // 1: rise of B per way driven
+inline constexpr int kCrab = 21;        // 1: way of B to the left per way driven
+inline constexpr int kTurnCentre = 22;  // 1: x in B of the point that moves as the wheels say
+inline constexpr int kClone = 23;       // 6
 // Errors of the wheels' sums, way (m) and turn (rad): what a sum is off for as long as its sample
 // is the newest (time error of the stamp, quantisation), but not for good.
-inline constexpr int kCloneSum = 27;  // 2: of the sample at the clone
-inline constexpr int kNewSum = 29;    // 2: of the sample that is being used
-inline constexpr int kErrorSize = 31;
+inline constexpr int kCloneSum = 29;  // 2: of the sample at the clone
+inline constexpr int kNewSum = 31;    // 2: of the sample that is being used
+inline constexpr int kErrorSize = 33;
 using ErrorVector = Eigen::Matrix<double, kErrorSize, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 
@@ -60,6 +64,8 @@ struct FilterState {
   double wheel_scale = 1.0;
   double yaw_scale = 1.0;
   double climb = 0;
+  double crab = 0;
+  double turn_centre = 0;  // m, in B
   SE3 T_OS_clone;
   Eigen::Vector2d clone_sum = Eigen::Vector2d::Zero();  // estimated errors of the sums
   Eigen::Vector2d new_sum = Eigen::Vector2d::Zero();
@@ -125,10 +131,11 @@ struct FilterState {
   SlipGate way_watch{.memory = kWatchMemory};  // wheels against the filter's way as it became
   NoiseFactor turn_noise{std::log(kTurnNoisePrior)};    // of the wheels, per angle turned
   NoiseFactor accel_noise{std::log(kAccelNoisePrior)};  // of the way by the accelerometer
-  bool scale_untold = false;  // the stamps are too bad to tell the wheels' scale
-  bool accel_unfit = false;   // found out: it tells which way is up, not how the robot moves
-  double recent_slips = 0;    // times the accelerometer found slip, forgotten over kSlipsMemory
-  Utime accused_until;        // vision accused the wheels; the accelerometer is asked more closely
+  bool scale_untold = false;    // the stamps are too bad to tell the wheels' scale
+  bool rolling_untold = false;  // the way of this interval is not that of wheels that roll
+  bool accel_unfit = false;     // found out: it tells which way is up, not how the robot moves
+  double recent_slips = 0;      // times the accelerometer found slip, forgotten over kSlipsMemory
+  Utime accused_until;  // vision accused the wheels; the accelerometer is asked more closely
 
   StepCounters counters;
 };

@@ -38,9 +38,12 @@ inline constexpr double kTrackDoubt = 0.05;  // of a known one, when gyro and wh
 // The watchdog compares filter and wheels over this time.
 inline constexpr double kWatchMemory = 10;  // s
 
-// Rise of the body per way on a level floor, for an accelerometer (and so "up") that is mounted
-// this much askew: about a degree.
-inline constexpr double kClimbPrior = 0.02;
+// An IMU (and with it "up" and "ahead") that is mounted this much askew, about a degree, sees the
+// body rise and go sideways by this share of the way.
+inline constexpr double kAskewPrior = 0.02;
+// How far ahead of the origin of B is the point that rolls straight ahead in a turn, seen from the
+// IMU: brackets are off by a centimetre, the middle of a base that cannot steer by some.
+inline constexpr double kTurnCentrePrior = 0.03;  // m
 
 // The scales of wheels and gyro drift this slowly (temperature, tyre wear, payload): 0.04 % in an
 // hour.
@@ -105,9 +108,10 @@ inline constexpr double kLeastSlide = 0.03;     // m
 inline constexpr double kAccusedShare = 0.75;
 inline constexpr double kVisionAcquitsAfter = 0.3;  // s of rejection
 inline constexpr double kVisionDelay = 0.25;  // s: VisionWitness's window and the way of an image
-// An accelerometer that wants wheels of another size than their prior allows (sigmas), or finds
-// slip this often, is the one that is wrong: filtered, late, not where it is said to be.
-inline constexpr double kMostScaleSigmas = 2.5;
+// An accelerometer that wants wheels of another size, or that roll elsewhere, than the priors allow
+// (sigmas), or finds slip this often, is the one that is wrong: filtered, late, not where it is
+// said to be.
+inline constexpr double kMostPriorSigmas = 2.5;
 inline constexpr double kMostSlips = 2.5;
 inline constexpr double kSlipsMemory = 20;  // s
 // An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.

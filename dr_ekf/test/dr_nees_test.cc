@@ -100,6 +100,10 @@ TEST_P(DrNees, IncrementsAreHonest) {
       options.gyro_bias[i] = kGyroBiasPrior * rng.Normal();
       options.accel_bias[i] = kAccelBiasPrior * rng.Normal();
     }
+    if (const ImuCalibration imu = mode.calibration().imu; imu.present && imu.has_accel) {
+      options.crab = kAskewPrior * rng.Normal();
+      options.turn_centre = kTurnCentrePrior * rng.Normal();
+    }
     const Recording r = Simulate(mode.calibration(), config, options);
     DrFilter filter = std::move(DrFilter::Create(config, r.calibration)).value();
     DrHistory history(Milliseconds(75000));

@@ -91,9 +91,11 @@ std::vector<Motion> Drive(const DrEkfConfig& config, const SimOptions& options, 
       side.Advance(kStep, rng);
       up.Advance(kStep, rng);
     }
-    double ground_v = v;
+    double ground_v = v, push_y = 0, push_w = 0;
     for (const SlipSpan& slip : options.slips) {
       ground_v *= 1 + (slip.traction - 1) * Strength(slip, t);
+      push_y += slip.push_y * Strength(slip, t);
+      push_w += slip.push_w * Strength(slip, t);
     }
     const double way = ground_v * kStep;
     driven += std::abs(way);
@@ -112,12 +114,14 @@ std::vector<Motion> Drive(const DrEkfConfig& config, const SimOptions& options, 
       bump_pitch = -slope / 3;
     }
     const Quaterniond q_before = out[i - 1].T_GB.rotation();
-    yaw += w * kStep;
+    yaw += (w + push_w) * kStep;
     const Quaterniond q =
         Eigen::AngleAxisd(yaw, Vector3d::UnitZ()) *
         Eigen::AngleAxisd(rough ? pitch.value() + bump_pitch : 0, Vector3d::UnitY()) *
         Eigen::AngleAxisd(rough ? roll.value() : 0, Vector3d::UnitX());
-    const Vector3d v_B(ground_v, slide * side.value(), rough ? slide * up.value() + climb : 0);
+    const Vector3d v_B(
+        ground_v, slide * side.value() + options.crab * ground_v - w * options.turn_centre + push_y,
+        rough ? slide * up.value() + climb : 0);
     p += q_before.slerp(0.5, q) * v_B * kStep;
     out[i].T_GB = SE3(q, p);
     out[i].v_B = v_B;

@@ -22,6 +22,8 @@ struct SlipSpan {
   double spin = 1;      // wheel speed / true speed; the robot goes on as it was
   double traction = 1;  // true speed / wheel speed; the wheels go on as they were
   double ramp_s = 0.0;  // fades in and out over this
+  double push_y = 0;    // m/s sideways, that the wheels do not notice
+  double push_w = 0;    // rad/s likewise
 };
 
 struct SimOptions {
@@ -44,6 +46,10 @@ struct SimOptions {
   double gyro_step = 0;
   double floor_tilt = 0.005;  // rad, roll and pitch along the way; only with an accelerometer
   bool with_heading = false;
+  double crab = 0;  // way of B to the left per way of the wheels: an IMU that looks askew
+  // m, x in B of the point that moves as the wheels say: a base that cannot steer, an IMU
+  // elsewhere.
+  double turn_centre = 0;
   double wheel_delay_s = 0;  // arrival after measurement
   std::vector<SlipSpan> slips = {};
 };

@@ -87,6 +87,9 @@ class DrOnlyRunner::Impl {
   void Take(const dr_ekf::DrFilter::Output& output) {
     run_.counters = output.counters;
     for (const DrState& state : output.states) states_.Add(state);
+    for (const dr_ekf::DrDiagnosis diagnosis : output.found) {
+      run_.found.push_back({run_.last ? run_.last->utime : Utime(), diagnosis});
+    }
   }
 
   std::optional<dr_ekf::DrFilter> filter_;

@@ -40,9 +40,16 @@ struct DrCovarianceRow {
   Matrix6d cov_motion = Matrix6d::Zero();
 };
 
+// What the filter found wrong with its inputs, and when.
+struct DrFinding {
+  Utime utime;  // of the newest state before; 0: before the first one
+  dr_ekf::DrDiagnosis diagnosis;
+};
+
 struct DrOnlyRun {
   std::vector<DrPose> poses;  // every state that the filter published; times of the camera
   std::vector<DrCovarianceRow> covariance;
+  std::vector<DrFinding> found;
   std::optional<DrState> last;
   std::optional<dr_ekf::DrCounters> counters;  // none when the log's own DR is passed on
   // The samples as the log has them, in its order.

@@ -202,6 +202,11 @@ TEST(DrVerdict, WhatIsWrongIsNamed) {
   joined.clock.Add({5000000});
   joined.clock.Add({1000000});
   EXPECT_THAT(Judge(joined).problems, Contains(HasSubstr("time goes back by 4.000 s")));
+
+  DrOnlyRun found = Circle();
+  found.found.push_back({{2500000}, dr_ekf::DrDiagnosis::kAccelUnfit});
+  EXPECT_THAT(Judge(found).problems,
+              Contains(HasSubstr("after 2.50 s: the accelerometer contradicts the wheels")));
 }
 
 TEST(DrVerdict, StreamsThatAreNotUsedAreNamedWithTheReason) {

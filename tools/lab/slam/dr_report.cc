@@ -153,6 +153,15 @@ void JudgeSlip(const DrOnlyRun& run, DrVerdict* verdict) {
       text + ")");
 }
 
+void JudgeFindings(const DrOnlyRun& run, DrVerdict* verdict) {
+  for (const DrFinding& found : run.found) {
+    const double after_s =
+        run.poses.empty() ? 0 : std::max(0.0, (found.utime - run.poses.front().utime).seconds());
+    verdict->problems.push_back(Format("after %.2f s: ", after_s) +
+                                std::string(dr_ekf::Text(found.diagnosis)));
+  }
+}
+
 // Where the counter moved on; the first state may have any value.
 int64_t Resets(const std::vector<DrPose>& poses) {
   int64_t resets = 0;
@@ -284,6 +293,14 @@ Json SlipJson(const std::vector<DrPose>& poses) {
   return out;
 }
 
+Json FoundJson(const std::vector<DrFinding>& found) {
+  Json out = Json::array();
+  for (const DrFinding& finding : found) {
+    out.push_back({{"utime", finding.utime.us}, {"what", std::string(Name(finding.diagnosis))}});
+  }
+  return out;
+}
+
 std::string Report(const DrOnlyRun& run, const DrMotion& motion, const WheelSum& sum,
                    const RobotConfig& config, const DrRunDescription& description,
                    const DrVerdict& verdict) {
@@ -306,6 +323,7 @@ std::string Report(const DrOnlyRun& run, const DrMotion& motion, const WheelSum&
                        {"motion", MotionJson(motion)},
                        {"estimates", run.last ? EstimatesJson(*run.last) : Json(nullptr)},
                        {"slip", SlipJson(run.poses)},
+                       {"found", FoundJson(run.found)},
                        {"facts", verdict.facts},
                        {"problems", verdict.problems}});
 }
@@ -320,6 +338,7 @@ DrVerdict JudgeDrRun(const DrOnlyRun& run, const DrMotion& motion, const WheelSu
   JudgeHeading(motion, &verdict);
   JudgeShape(run, motion, &verdict);
   JudgeSlip(run, &verdict);
+  JudgeFindings(run, &verdict);
   JudgeContinuity(run, sum, description, &verdict);
   JudgeEstimates(run, config, &verdict);
   return verdict;

@@ -233,7 +233,8 @@ void Navigator::Plan(Utime now, Output* out) {
 }
 
 // Around all that was in the way since the last stop: with the room that the configuration asks
-// for, else closer.
+// for, else closer, else on the way of the map if it touches nothing: at a stop in a corner the
+// walls as they are seen now can leave less room than those of the map.
 bool Navigator::PlanAroundObstacles(Utime now, bool on_the_move, Output* out) {
   planned_ = now;
   obstacles_.Remember();
@@ -245,7 +246,12 @@ bool Navigator::PlanAroundObstacles(Utime now, bool on_the_move, Output* out) {
     TakeLeg(std::move(way.legs.front()), on_the_move, out);
     return true;
   }
-  return false;
+  floorplan::Tour way = WayOn(map_, stops_[stop_].clearance_m);
+  if (!way.refused.empty()) return false;
+  Leg& leg = way.legs.front();
+  if (obstacles_.FirstBlocked(leg, 0, leg.size(), config_.robot_radius_m)) return false;
+  TakeLeg(std::move(leg), on_the_move, out);
+  return true;
 }
 
 void Navigator::TakeLeg(Leg leg, bool on_the_move, Output* out) {

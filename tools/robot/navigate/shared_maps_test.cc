@@ -1,8 +1,11 @@
 // On ground truth: all waypoints of both maps of ../shared, without touching a wall.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
+#include <numbers>
 
 #include "tools/robot/floorplan/boxes_in_the_way.h"
 #include "tools/robot/floorplan/floor_map.h"
@@ -77,6 +80,49 @@ TEST(SharedMaps, SmallHouseWithBoxesInTheWay) {
     EXPECT_EQ(drive.Count(EventKind::kReached), drive.navigator().num_stops());
     EXPECT_FALSE(drive.bumped());
   }
+}
+
+// On the floor map that gw-closed-loop --own-grid left in the folder of GW_OWN_GRID: true poses,
+// and looks without noise at the building that the map was made of.
+TEST(SharedMaps, SmallHouseOnTheRobotsOwnFloorMap) {
+  const char* own_folder = std::getenv("GW_OWN_GRID");
+  if (own_folder == nullptr) GTEST_SKIP() << "GW_OWN_GRID names no folder with map.yaml";
+  const std::string folder = std::string(GW_SOURCE_DIR) + "/../shared/maps/aws_small_house";
+  const auto plan = floorplan::LoadFloorMap(folder + "/map.yaml");
+  auto waypoints = floorplan::LoadWaypoints(folder + "/waypoints.txt");
+  const auto own = floorplan::LoadFloorMap(std::string(own_folder) + "/map.yaml");
+  ASSERT_TRUE(plan.ok() && waypoints.ok());
+  ASSERT_TRUE(own.ok()) << own.error().message;
+  const NavigateConfig config;
+  // W began where the first drive did.
+  const floorplan::Waypoint start = floorplan::MoveStopsFromWalls(
+      *plan, {(*waypoints)[0]}, config.robot_radius_m + config.clearance_m)[0];
+  const SE3 T_WM = MapFromWorld(start).inverse();
+  const auto moved = [&T_WM](const Eigen::Vector2d& p, double yaw) {
+    const Eigen::Vector3d q = T_WM * Eigen::Vector3d(p.x(), p.y(), 0);
+    return floorplan::Waypoint{
+        q.head<2>(), std::remainder(yaw + LogSO3(T_WM.rotation()).z(), 2 * std::numbers::pi)};
+  };
+  for (floorplan::Waypoint& w : *waypoints) w = moved(w.position, w.yaw);
+  auto navigator = Navigator::Create(
+      config, *own, *waypoints, floorplan::StopsOfLaps(static_cast<int>(waypoints->size()), {}, 1));
+  ASSERT_TRUE(navigator.ok()) << navigator.error().message;
+  TestDrive drive(*std::move(navigator), *plan, start, true);
+  drive.view = [&moved](const RobotPose& truth) {
+    const floorplan::Waypoint in_world = moved(truth.position, truth.yaw);
+    return std::optional(RobotPose{truth.utime, in_world.position, in_world.yaw, 0, 0});
+  };
+  drive.RunUntil(1200);
+  for (const Event& event : drive.events) {
+    if (event.kind == EventKind::kUnreachable) {
+      std::printf("stop %d: %s\n", event.stop, event.reason.c_str());
+    }
+  }
+  std::printf("%d of %d stops, %d contacts, %d times blocked, %.0f s\n",
+              drive.Count(EventKind::kReached), drive.navigator().num_stops(),
+              drive.Count(EventKind::kBumped), drive.Count(EventKind::kBlocked), drive.seconds());
+  EXPECT_EQ(drive.Count(EventKind::kReached), drive.navigator().num_stops());
+  EXPECT_FALSE(drive.bumped());
 }
 
 }  // namespace

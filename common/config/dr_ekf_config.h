@@ -24,6 +24,8 @@ struct DrEkfConfig {
   double max_acceleration_m_s2 = 5.0;
   int history_ms = 1000;
   int stationary_ms = 300;
+  double pose_correction_m_s = 0.1;
+  double pose_correction_deg_s = 5;
 
   template <typename Visitor>
   void VisitFields(Visitor& v) {
@@ -85,6 +87,15 @@ struct DrEkfConfig {
              .max = 10000,
              .unit = "ms",
              .text = "how long all sensors must be still before the pose is held"});
+    v.Field("pose_correction_m_s", pose_correction_m_s,
+            {.min = 0,
+             .max = 10,
+             .unit = "m/s",
+             .text = "POSE follows a correction of its position no faster while it moves (0: at "
+                     "once)"});
+    v.Field(
+        "pose_correction_deg_s", pose_correction_deg_s,
+        {.min = 0, .max = 360, .unit = "deg/s", .text = "and one of its rotation (0: at once)"});
   }
 };
 

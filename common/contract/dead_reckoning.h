@@ -57,7 +57,8 @@ struct DrIncrement {
   bool synthetic = false;
 };
 
-// The pose for control: T_WO * T_OB, at DR rate.
+// The pose for control: T_WO * T_OB, at DR rate. Corrections of T_WO are made at a bounded rate
+// (section `dr_ekf` of the configuration); the covariance holds what of them is outstanding.
 struct Pose {
   Utime utime;
   int64_t seq = 0;
@@ -73,6 +74,7 @@ struct Pose {
   int64_t map_revision = 0;
   int64_t dr_seq = 0;
   uint32_t dr_reset_counter = 0;
+  uint32_t reset_counter = 0;  // moves on when T_WB is not continuous with the pose before
 };
 
 }  // namespace gw

@@ -92,6 +92,7 @@ static void Fields(A& a, typename A::template Of<Pose>& m) {
   Seq(a, "map_revision", m.map_revision);
   Seq(a, "dr_seq", m.dr_seq);
   ResetCounter(a, "dr_reset_counter", m.dr_reset_counter);
+  ResetCounter(a, "reset_counter", m.reset_counter);
 }
 
 template <typename A>

@@ -127,6 +127,7 @@ class RandomMessages {
     m.map_revision = Big();
     m.dr_seq = Big();
     m.dr_reset_counter = Word();
+    m.reset_counter = Word();
   }
   void Fill(Health& m) {
     m.utime = Time();

@@ -174,6 +174,7 @@ void ExpectSame(const gw_lcm::pose_t& g, const Pose& m) {
   EXPECT_EQ(g.map_revision, m.map_revision);
   EXPECT_EQ(g.dr_seq, m.dr_seq);
   EXPECT_EQ(g.dr_reset_counter, m.dr_reset_counter);
+  EXPECT_EQ(g.reset_counter, m.reset_counter);
 }
 void ExpectSame(const gw_lcm::health_t& g, const Health& m) {
   EXPECT_EQ(g.utime, m.utime.us);

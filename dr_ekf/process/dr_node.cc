@@ -1,5 +1,6 @@
 #include "dr_ekf/process/dr_node.h"
 
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -21,7 +22,9 @@ Result<std::unique_ptr<process::Node>> DrNode::Create(const RobotConfig& config)
     if (!created) return created.error();
     filter = std::move(*created);
   }
-  return std::unique_ptr<process::Node>(new DrNode(std::move(filter)));
+  const GlideRates rates{config.dr_ekf.pose_correction_m_s,
+                         config.dr_ekf.pose_correction_deg_s * std::numbers::pi / 180};
+  return std::unique_ptr<process::Node>(new DrNode(std::move(filter), rates));
 }
 
 Result<Done> DrNode::Start(process::Shell& shell) {
@@ -74,13 +77,17 @@ void DrNode::Take(const DrFilter::Output& output, process::Shell& shell) {
 }
 
 void DrNode::PublishPose(const DrState& state, process::Shell& shell) {
-  const auto pose = composer_.Push(state);
-  if (!pose) {
+  const auto composed = composer_.Push(state);
+  if (!composed) {
     shell.health().Count("dr.not_newer");
     return;
   }
   last_state_ = shell.Now();
-  shell.Publish(wire::kPose, wire::Encode(*pose));
+  Pose pose = glide_.Push(*composed, state.stationary);
+  if (pose.reset_counter != pose_resets_) shell.health().Count("pose.snapped");
+  pose_resets_ = pose.reset_counter;
+  pose.reset_counter += first_reset_counter_;
+  shell.Publish(wire::kPose, wire::Encode(pose));
 }
 
 bool DrNode::Step(process::Shell& shell) {

@@ -10,6 +10,7 @@
 #include "common/process/shell.h"
 #include "dr_ekf/core/dr_filter.h"
 #include "dr_ekf/core/pose_composer.h"
+#include "dr_ekf/pose/pose_glide.h"
 
 namespace gw::dr_ekf {
 
@@ -21,13 +22,16 @@ class DrNode : public process::Node {
   bool Step(process::Shell& shell) override;
 
  private:
-  explicit DrNode(std::optional<DrFilter> filter) : filter_(std::move(filter)) {}
+  DrNode(std::optional<DrFilter> filter, const GlideRates& rates)
+      : filter_(std::move(filter)), glide_(rates) {}
 
   void Take(const DrFilter::Output& output, process::Shell& shell);
   void PublishPose(const DrState& state, process::Shell& shell);
 
   std::optional<DrFilter> filter_;  // empty: DR is recorded
   PoseComposer composer_;
+  PoseGlide glide_;
+  uint32_t pose_resets_ = 0;
   uint32_t first_reset_counter_ = 0;
   DrCounters counters_;  // of the last output, to report what was added
   std::optional<Utime> last_state_;

@@ -33,6 +33,7 @@ void StandingLandmarks::Observe(Utime utime, bool agreed, const std::vector<Land
         std::clamp(known->evidence + (agreed ? kFor : kAgainst), -kDecisive, kDecisive);
     known->proven =
         known->proven || (known->evidence >= kDecisive && utime - known->since >= kProof);
+    knows_any_ = knows_any_ || known->proven;
   }
 }
 

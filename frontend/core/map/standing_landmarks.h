@@ -31,6 +31,7 @@ class StandingLandmarks {
     const Known* known = known_.Find(id.value);
     return known != nullptr && known->proven;
   }
+  bool KnowsAny() const { return knows_any_; }
   // How many of these it knows; invalid ids are skipped.
   int Count(const std::vector<LandmarkId>& ids) const;
 
@@ -48,6 +49,7 @@ class StandingLandmarks {
 
   IdTable<Known> known_;
   Utime cleaned_;
+  bool knows_any_ = false;  // since the begin
 };
 
 }  // namespace gw::frontend

@@ -4,7 +4,8 @@
 //   Follow     around a prediction, in two stages: the landmarks of the last image (or those near
 //              the prediction), then the rest of the local map in small windows
 //   FindAgain  without a prediction, among the landmarks near a place
-//   FollowStanding  around a prediction, by landmarks that are known to stand still and by no other
+//   FollowRest around a prediction, by what another pose leaves unexplained, if that confirms the
+//              prediction (docs/method.md, eq. 5.3a)
 //
 // Holds no state of the track: what was tracked before is an argument, what is tracked now a
 // result.
@@ -74,11 +75,11 @@ class PoseFinder {
   FoundPose Follow(const PosePrediction& prediction, const std::vector<TrackedPoint>& tracked,
                    KeyframeId reference, LocalMap* map);
   FoundPose FindAgain(const SE3& T_WC_near, uint64_t seed, LocalMap* map);
-  FoundPose FollowStanding(const PosePrediction& prediction, const StandingLandmarks& standing,
-                           KeyframeId reference, LocalMap* map) const;
+  FoundPose FollowRest(const PosePrediction& prediction, const FoundPose& other,
+                       KeyframeId reference, LocalMap* map) const;
 
-  // Looks for the landmarks that the budget left out, around the pose that was found: an image that
-  // becomes a keyframe should show them all, or the map gets them twice. The pose stays.
+  // Looks for the landmarks that were left out, around the pose that was found, which stays. An
+  // image that becomes a keyframe should show them all, or the map gets them twice.
   void Complete(LocalMap* map, FoundPose* found) const;
 
  private:
@@ -94,6 +95,7 @@ class PoseFinder {
     DrScale scale;
   };
 
+  bool Fits(size_t feature, const Eigen::Vector3d& p_C) const;
   float SearchRadius(const Matrix6d& cov) const;
   int FewestMatches(const PosePrediction& prediction, const DrScale& scale) const;
   std::optional<PosePrior> PriorFor(const PosePrediction& prediction, const DrScale& scale) const;

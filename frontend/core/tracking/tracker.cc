@@ -108,7 +108,9 @@ class Tracker::Impl {
   void Locate(Image* image);
   FoundPose Find(Image* image);
   bool Contradicts(const Image& image, const FoundPose& found) const;
-  std::optional<FoundPose> FindAlone(Image* image, int fewest_inliers);
+  std::optional<FoundPose> FindAlone(Image* image, const FoundPose& other);
+  bool Founded(const FoundPose& found) const;
+  bool Tells(const Image& image) const;
   FoundPose Decide(const PosePrediction& prediction, Image* image, FoundPose found);
   void Show(const SE3& T_ab, Image* image);
   static SE3 VisionAlone(const Image& image, const PoseEstimate& e);
@@ -153,6 +155,7 @@ class Tracker::Impl {
   Recovery recovery_;
   std::vector<TrackedPoint> tracked_;
   StandingLandmarks standing_;
+  bool refuted_ = false;  // vision, by the rest of an image, and nothing that stands still since
   std::optional<Pose> hint_;
   PlaceConfirmation place_;
   std::optional<PlaceConfirmation::Confirmed> confirmed_;  // to be tracked from at the next image
@@ -178,22 +181,36 @@ bool Tracker::Impl::Contradicts(const Image& image, const FoundPose& found) cons
          Apart(before->T_WO * *T_OC, T_WC, (before->num_images + 1) * of_image + cov);
 }
 
+// False for a pose by which chance, or something else than the world, explains better than the
+// world which of the landmarks that stand still it finds again.
+bool Tracker::Impl::Founded(const FoundPose& found) const {
+  const auto standing = std::count_if(tracked_.begin(), tracked_.end(),
+                                      [this](const auto& t) { return standing_.Knows(t.id); });
+  const int again = standing_.Count(found.landmarks);
+  const double world = PoseFinder::kTrustedShare;
+  const double odds =
+      again * std::log(kFoundByChance / world) +
+      static_cast<double>(standing - again) * std::log((1 - kFoundByChance) / (1 - world));
+  return odds < std::log(kUnbelievable);
+}
+
 // Gives the image to the pose finder, corrected for the motion since the image before.
 void Tracker::Impl::Show(const SE3& T_ab, Image* image) {
   image->frame = cleaner_.Correct(image->of_world, T_ab, image->utime - utime_);
   finder_.SetImage(image->frame, static_cast<uint64_t>(image->utime.us));
 }
 
-// At constant velocity, without dead reckoning, if so many inliers at least are found. Vision that
-// carried the image before and finds no fewer so is not overruled by dead reckoning.
-std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, int fewest_inliers) {
+// The pose at constant velocity, without dead reckoning, if it is founded, convincing, and has no
+// fewer inliers than `other`. Vision that carried the image before is then not overruled.
+std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, const FoundPose& other) {
   const Motion motion = motion_.Coast(utime_, image->utime);
   Show(motion.T_ab, image);
   PosePrediction prediction;
   prediction.T_WC = T_WC_ * motion.T_ab;
   prediction.search_cov = prediction.weight_cov = motion.weight_cov;
   FoundPose alone = finder_.Follow(prediction, tracked_, reference_, &map_);
-  if (alone.found && alone.estimate.num_inliers >= fewest_inliers) return alone;
+  const int fewest = std::max(Recovery::kConvincingInliers, other.estimate.num_inliers);
+  if (alone.found && alone.estimate.num_inliers >= fewest && Founded(alone)) return alone;
   Show(image->T_ab, image);
   return std::nullopt;
 }
@@ -201,31 +218,19 @@ std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, int fewest_inlie
 // Between dead reckoning that has been sound, the pose `found` around its prediction, which
 // contradicts it, and vision alone. Landmarks decide that are known to stand still.
 FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, FoundPose found) {
-  FoundPose by_standing = finder_.FollowStanding(prediction, standing_, reference_, &map_);
-  const bool differ =
-      by_standing.found && found.found &&
-      Apart(VisionAlone(*image, found.estimate), VisionAlone(*image, by_standing.estimate),
-            VisionCovariance(found.estimate.vision_information) +
-                VisionCovariance(by_standing.estimate.vision_information));
-  if (differ && !Contradicts(*image, by_standing)) return by_standing;
-  const auto standing =
-      std::count_if(tracked_.begin(), tracked_.end(),
-                    [this](const TrackedPoint& t) { return standing_.Knows(t.id); });
-  const auto founded = [&](const FoundPose& f) {
-    const int again = standing_.Count(f.landmarks);
-    const double world = PoseFinder::kTrustedShare;
-    const double odds =
-        again * std::log(kFoundByChance / world) +
-        static_cast<double>(standing - again) * std::log((1 - kFoundByChance) / (1 - world));
-    return odds < std::log(kUnbelievable);
-  };
-  const int fewest = std::max(Recovery::kConvincingInliers, found.estimate.num_inliers);
-  if (auto alone = FindAlone(image, fewest)) {
-    if (founded(*alone)) return *alone;
-    Show(image->T_ab, image);
+  if (found.found && standing_.KnowsAny()) {
+    FoundPose rest = finder_.FollowRest(prediction, found, reference_, &map_);
+    if (rest.found) {
+      // What fits to this pose besides is a witness from now on.
+      finder_.Complete(&map_, &rest);
+      image->agreed = true;
+      refuted_ = true;
+      return rest;
+    }
   }
-  if (found.found && !founded(found)) {
-    Rewind(image->utime - StandingLandmarks::kProof);
+  if (auto alone = FindAlone(image, found)) return *alone;
+  if (found.found && (refuted_ || !Founded(found))) {
+    if (!refuted_) Rewind(image->utime - StandingLandmarks::kProof);
     image->T_WC_before = T_WC_;
     image->T_WC_predicted = T_WC_ * image->motion.T_ab;
     found.found = false;
@@ -265,6 +270,14 @@ FoundPose Tracker::Impl::Find(Image* image) {
   if (asks) {
     image->agreed = !Contradicts(*image, found);
     if (!image->agreed) return Decide(prediction, image, std::move(found));
+    refuted_ = refuted_ && standing_.Count(found.landmarks) == 0;
+    // What little is found around a wrong prediction agrees with it.
+    if (!Founded(found)) {
+      if (auto alone = FindAlone(image, found)) {
+        image->agreed = false;
+        return *alone;
+      }
+    }
   }
   if (!found.found && !motion.from_dr) {
     FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image->utime.us), &map_);
@@ -348,9 +361,19 @@ bool Tracker::Impl::Believable(const Image& image) {
 // doubt or not known.
 bool Tracker::Impl::IsBelieved(const Image& image, const FramePose& report) {
   if (image.snapped || !Departs(Departure::kRecovery)) return true;
+  if (refuted_ && standing_.Count(image.found.landmarks) == 0) return false;
   const bool judged = VisionBroken() && (image.motion.from_dr || !placed() || place_.in_doubt());
   if (judged) return Believable(image);
   return !place_.Contradicts(Evidence(image, report, placed(), image.found.estimate.num_inliers));
+}
+
+// An image tells who is right when what moves with the camera and what stands still look different
+// by now.
+bool Tracker::Impl::Tells(const Image& image) const {
+  const auto before = motion_.OdometryPose(image.utime - StandingLandmarks::kProof);
+  const auto now = motion_.OdometryPose(image.utime);
+  const Matrix6d cov = VisionCovariance(image.found.estimate.vision_information);
+  return before && now && Apart(*before, *now, image.motion.weight_cov + cov);
 }
 
 // Takes over the pose of an image that vision carries.
@@ -378,7 +401,7 @@ void Tracker::Impl::Accept(const Image& image, FramePose* report, ImageOutcome* 
     const Feature& f = image.frame->features[i];
     tracked_.push_back({found.landmarks[i], image.frame->descriptors[i], f.level});
   }
-  standing_.Observe(image.utime, image.agreed, found.landmarks);
+  if (Tells(image)) standing_.Observe(image.utime, image.agreed, found.landmarks);
   recovery_.Reset();
 }
 
@@ -633,7 +656,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
 
   const bool first = state_ == TrackingState::kStart;
   const SE3 T_ab = image->T_WC_before.inverse() * T_WC_;
-  if (!outcome.vision) {
+  if (!outcome.vision || refuted_) {
     motion_.ObserveNothing();
   } else if (!first) {
     motion_.Observe(Seen(*image, T_ab, report, carried), image->motion);
@@ -648,7 +671,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
       ContinuesMap(outcome.vision, image->motion) &&
       chain_.WantsNext(image->utime, *image->frame, image->found, map_.NumLandmarks(reference_));
   if (outcome.begins_map || due) {
-    finder_.Complete(&map_, &image->found);
+    if (config_.matching != Matching::kAll) finder_.Complete(&map_, &image->found);
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
     MarkNewLandmarks(*out->keyframe, &out->detail);
   }

@@ -171,6 +171,12 @@ void Translator::Take(const FramePose& pose) {
 
 void Translator::Take(const Pose& pose) {
   last_pose_received_ = now_;
+  if (pose_reset_counter_ && *pose_reset_counter_ != pose.reset_counter) {
+    Log(kInfo, "gw-dr-ekf",
+        Format("POSE begins anew at another place (reset counter %d)", pose.reset_counter),
+        pose.utime);
+  }
+  pose_reset_counter_ = pose.reset_counter;
   T_WO_ = pose.T_WO;
   if (pose_rate_.Pass(now_)) SendTransforms(pose.utime, pose.T_WB);
   if (!unchecked_ && error_rate_.Pass(now_)) unchecked_ = {pose.utime, pose.T_WB};

@@ -129,6 +129,7 @@ class Translator {
   SE3 T_WO_;
   std::optional<SE3> T_WO_start_;  // where dead reckoning's own way is drawn
   uint32_t dr_reset_counter_ = 0;
+  std::optional<uint32_t> pose_reset_counter_;
   std::optional<FrameDetail> detail_;
   std::optional<FramePose> last_frame_;
   std::optional<Utime> last_pose_received_;

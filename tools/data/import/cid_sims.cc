@@ -65,7 +65,7 @@ Result<std::vector<ImuSample>> ReadImu(const fs::path& file, std::vector<std::st
 // the robot turned enough.
 SE3 ChooseImuMatrix(const SE3& T_ItoC, ImuMatrix choice, const std::vector<StampedPose>& T_GC,
                     Recording& recording) {
-  const SE3 inverse = T_ItoC.inverse();
+  SE3 inverse = T_ItoC.inverse();
   if (choice == ImuMatrix::kImuToCamera) return T_ItoC;
   if (choice == ImuMatrix::kCameraToImu) return inverse;
   const double offset = recording.calibration.imu.time_offset_s;

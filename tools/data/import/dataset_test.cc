@@ -38,7 +38,7 @@ class Dataset : public testing::Test {
 };
 #define GW_FIND_OR_SKIP(variable, name)                                                           \
   const fs::path variable = Find(name);                                                           \
-  if (variable.empty()) {                                                                         \
+  if ((variable).empty()) {                                                                       \
     GTEST_SKIP() << "no recording " << (name) << "; set GW_SHARED_DIR to the shared folder that " \
                  << "holds data/" << (name);                                                      \
   }

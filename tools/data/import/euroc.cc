@@ -127,7 +127,7 @@ struct ImageEntry {
 // The folder of the images. A checkout that cannot make symbolic links leaves a small text file in
 // place of one, which holds the path it should lead to.
 fs::path ImageFolder(const fs::path& camera) {
-  const fs::path data = camera / "data";
+  fs::path data = camera / "data";
   std::error_code ignored;
   if (!fs::is_regular_file(data, ignored)) return data;
   std::string target;

@@ -10,6 +10,7 @@ namespace {
 
 std::vector<Utime> Times(const std::vector<ListedImage>& images) {
   std::vector<Utime> times;
+  times.reserve(images.size());
   for (const ListedImage& image : images) times.push_back(image.utime);
   return times;
 }

@@ -36,7 +36,7 @@ Result<Done> ReadImu(const OdometryOptions& options, Recording& recording) {
     return Done{};
   });
   if (!read) return read.error();
-  const Result<Done> good = spoilt.Report(table->rows().size(), recording.warnings);
+  Result<Done> good = spoilt.Report(table->rows().size(), recording.warnings);
   if (good) OrderImu(recording.imu, options.imu.filename().string(), recording.warnings);
   recording.notes.emplace_back(
       "imu", "axes taken as the body's (x forward, y left, z up); noise densities are defaults");

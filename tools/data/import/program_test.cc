@@ -64,15 +64,15 @@ std::string Arguments(const TestFolder& folder, const std::string& more = "") {
          "/o.yaml --intrinsics 60,60,40,32 " + more;
 }
 
-struct Event {
+struct LoggedMessage {
   int64_t utime_us;
   std::string channel;
   int64_t seq;
   wire::Bytes data;
 };
 
-std::vector<Event> ReadEvents(const fs::path& file) {
-  std::vector<Event> events;
+std::vector<LoggedMessage> ReadEvents(const fs::path& file) {
+  std::vector<LoggedMessage> events;
   auto reader = process::EventLogReader::Open(file.string());
   EXPECT_TRUE(reader);
   while (const auto event = reader->Next()) {
@@ -97,7 +97,7 @@ TEST(Program, WritesALogInTimeOrderWithAFixedOrderAtEqualTimes) {
   std::string order;
   int64_t last = 0;
   std::map<std::string, int64_t> seq;
-  for (const Event& event : ReadEvents(folder.path() / "o.lcm")) {
+  for (const LoggedMessage& event : ReadEvents(folder.path() / "o.lcm")) {
     EXPECT_GE(event.utime_us, last);
     last = event.utime_us;
     EXPECT_EQ(event.seq, ++seq[event.channel]) << event.channel;
@@ -116,7 +116,7 @@ TEST(Program, PixelsAndNotesComeBackFromTheLog) {
   ASSERT_EQ(RunImport(Arguments(folder)).exit_code, 0);
   int frames = 0;
   std::string notes;
-  for (const Event& event : ReadEvents(folder.path() / "o.lcm")) {
+  for (const LoggedMessage& event : ReadEvents(folder.path() / "o.lcm")) {
     if (event.channel == wire::kNote) {
       const auto note = wire::Decode<wire::Note>(event.data);
       ASSERT_TRUE(note);
@@ -290,7 +290,7 @@ TEST(Program, UnitsOfAnImuAreSaidAndConverted) {
               AllOf(HasSubstr("the gyro is in deg/s"), HasSubstr("the accelerometer is in g"),
                     HasSubstr("imu.txt:701: holds nan, null or an empty field; 1 of 1601 rows")));
   double largest_rate = 0, accel = 0;
-  for (const Event& event : ReadEvents(folder.path() / "o.lcm")) {
+  for (const LoggedMessage& event : ReadEvents(folder.path() / "o.lcm")) {
     if (event.channel != wire::kImu) continue;
     const auto sample = wire::Decode<ImuSample>(event.data);
     ASSERT_TRUE(sample);

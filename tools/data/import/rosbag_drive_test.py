@@ -1,9 +1,14 @@
 """A drive that is recorded directly, and the same as the bag of a ROS robot: gw-slam makes the same of both, byte for byte.
 
 A bag holds no encoder counts and no heading of the base beside Odometry, and the importer orders by the time of measurement;
-the direct log is made alike in these two things. ROS 1 bags are written by rosbag where python3-rosbag is installed.
+the direct log is made alike in these two things. ROS 1 bags are written by rosbag where python3-rosbag is installed, MCAP by
+@mcap/core where node and the npm packages of gw-view's page are; rosbag2's database by its schema.
+
+usage: rosbag_drive_test.py BIN PACKAGES
 """
 import os
+import re
+import shutil
 import struct
 import subprocess
 import sys
@@ -15,7 +20,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(FOLDER)))
 sys.path.insert(0, f"{ROOT}/tools/data/bag/testing")
 from log_to_bag import convert  # noqa: E402
 
-BIN = ""
+BIN, PACKAGES = "", ""
 SCENARIO = """name: bag_drive
 map: {root}/config/scenarios/maps/office/map.yaml
 waypoints: [[9.5, 2.0, 0.0], [13.0, 1.9, 1.57], [13.0, 4.0, 1.57]]
@@ -66,12 +71,36 @@ def read(path):
 
 
 def containers():
+    found = ["mcap", "sqlite"]
+    if shutil.which("node") and os.path.isdir(f"{PACKAGES}/node_modules/@mcap/core"):
+        found.append("mcap_core")
+    else:
+        print("node or @mcap/core is not there: MCAP is written by bag_files.py alone", file=sys.stderr)
     try:
         import rosbag  # noqa: F401
-        return ["mcap", "sqlite", "ros1"]
+        found.append("ros1")
     except Exception:  # not installed, or not usable by this Python
         print("python3-rosbag is not there: no ROS 1 bag is written", file=sys.stderr)
-        return ["mcap", "sqlite"]
+    return found
+
+
+def write_bag(folder, container):
+    bag = f"{folder}/{container}"
+    if container == "mcap_core":
+        convert(f"{folder}/sim.lcm", f"{folder}/robot.yaml", f"{bag}.plain", "mcap")
+        subprocess.run(["node", f"{ROOT}/tools/data/bag/testing/rewrite_mcap.mjs", f"{bag}.plain", bag],
+                       env={**os.environ, "GW_PAGE_PACKAGES": PACKAGES}, check=True)
+    else:
+        convert(f"{folder}/sim.lcm", f"{folder}/robot.yaml", bag, container)
+    return bag
+
+
+def calibration(path):
+    """Every number of the cameras' and the IMU's place and of the lenses."""
+    with open(path, encoding="utf-8") as f:
+        text = f.read()
+    rows = re.findall(r"^ +(?:T_BC|T_C0C1|T_BI|fx|fy|cx|cy): (.*?)(?: #.*)?$", text, re.MULTILINE)
+    return [float(v) for row in rows for v in re.findall(r"-?[0-9.]+(?:e-?[0-9]+)?", row.replace("q_wxyz", ""))]
 
 
 class Drive(unittest.TestCase):
@@ -84,10 +113,12 @@ class Drive(unittest.TestCase):
             make_alike(f"{folder}/sim.lcm", f"{folder}/direct.lcm")
             run("gw-slam", f"{folder}/direct.lcm", "--config", f"{folder}/robot.yaml", "--out", f"{folder}/direct")
             for container in containers():
-                bag = f"{folder}/{container}"
-                convert(f"{folder}/sim.lcm", f"{folder}/robot.yaml", bag, container)
+                bag = write_bag(folder, container)
                 done = run("gw-import", "rosbag", bag, "--out", f"{bag}.lcm", "--config-out", f"{bag}.yaml")
                 self.assertNotIn("warning", done.stderr)
+                self.assertEqual(len(calibration(f"{bag}.yaml")), len(calibration(f"{folder}/robot.yaml")))
+                for found, stated in zip(calibration(f"{bag}.yaml"), calibration(f"{folder}/robot.yaml")):
+                    self.assertAlmostEqual(found, stated, places=6)
                 run("gw-slam", f"{bag}.lcm", "--config", f"{folder}/robot.yaml", "--out", f"{bag}.out")
                 for output in OUTPUTS:
                     expected = read(f"{folder}/direct/{output}")
@@ -102,5 +133,5 @@ class Drive(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    BIN = sys.argv.pop(1)
+    BIN, PACKAGES = (os.path.abspath(sys.argv.pop(1)) for _ in range(2))
     unittest.main()

@@ -36,6 +36,7 @@ TEST(Allan, VarianceOfWhiteNoiseFallsWithTheAveragingTime) {
 TEST(Allan, ARampGivesItsSlope) {
   // Bias that grows by 1e-3 per second: the variance is (slope tau)^2 / 2 (IEEE 952, C.1.5).
   std::vector<double> ramp;
+  ramp.reserve(2000);
   for (int i = 0; i < 2000; ++i) ramp.push_back(1e-3 * i * kDt);
   for (const AllanPoint& point : AllanVariance(ramp, kDt)) {
     EXPECT_NEAR(point.variance, 0.5 * std::pow(1e-3 * point.tau_s, 2),

@@ -7,7 +7,8 @@
 //   z, roll, pitch   zero,
 //   yaw    the wheels' turn (scaled), and the gyro's (scaled, with a bias), each at its own time.
 // Least squares over all of these (Ceres), robust against slip; the noise of each kind of residual
-// is measured from the residuals themselves, so that the covariance is that of this drive.
+// is measured from the residuals themselves, so that the covariance is that of this drive; what
+// vision tells wrong by a constant factor, and no drive can show, is a parameter with a prior.
 #pragma once
 
 #include <array>
@@ -31,9 +32,12 @@ struct Quantity {
   std::string name, unit;
   double value = 0;    // in unit; of rotation and place: the correction to what was given
   double sigma = 0;    // infinite: this drive does not tell it
-  double bar = 0;      // sigma above which it counts as undetermined
+  double wanted = 0;   // accuracy that it should be known to, in unit
   std::string remedy;  // the motion that tells it
-  bool determined() const { return sigma <= bar; }
+  // Known well enough to be used in place of what was given.
+  bool determined() const { return sigma <= 3 * wanted; }
+  // Nine of ten such values are as near to the truth as is wanted (1.645 sigma of a normal one).
+  bool exact() const { return 1.645 * sigma <= wanted; }
 };
 
 // Order of DriveCalibration::quantities.

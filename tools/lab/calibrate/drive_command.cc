@@ -18,10 +18,14 @@ using tools::Format;
 std::string ReportText(const DriveCalibration& found) {
   std::string text = Format("%d steps of half a second, %.1f m, %.0f deg of turns\n", found.steps,
                             found.way_m, found.turn_rad * 180 / M_PI);
-  int undetermined = 0;
+  int coarse = 0, undetermined = 0;
   for (const Quantity& q : found.quantities) {
-    if (q.determined()) {
+    if (q.exact()) {
       text += Format("  %-17s %10.4f +- %.4f %s\n", q.name, q.value, q.sigma, q.unit);
+    } else if (q.determined()) {
+      ++coarse;
+      text += Format("  %-17s %10.4f +- %.4f %s, not yet to %g: %s\n", q.name, q.value, q.sigma,
+                     q.unit, q.wanted, q.remedy);
     } else {
       ++undetermined;
       text += Format("  %-17s not determined by this drive: %s\n", q.name, q.remedy);
@@ -30,8 +34,11 @@ std::string ReportText(const DriveCalibration& found) {
   text +=
       "camera: the correction to the T_BC that was given, about and along the body's axes; its "
       "height is not told by a floor. Scales: true over measured motion\n";
-  text += undetermined == 0 ? "all determined\n"
-                            : Format("%d not determined: those stay as they were\n", undetermined);
+  text += coarse + undetermined == 0 ? "all determined\n"
+                                     : Format(
+                                           "%d known, but not yet as well as is wanted; %d not "
+                                           "determined, which stay as they were\n",
+                                           coarse, undetermined);
   return text;
 }
 

@@ -57,7 +57,8 @@ class BoardPaint {
     if (in.x() >= board_.size_m || in.y() >= board_.size_m) return kWhite;
     const int x = static_cast<int>(in.x() / board_.size_m * cells());
     const int y = cells() - 1 - static_cast<int>(in.y() / board_.size_m * cells());
-    const cv::Mat& tag = tags_[static_cast<size_t>(row * board_.columns + column)];
+    const cv::Mat& tag = tags_[static_cast<size_t>(row) * static_cast<size_t>(board_.columns) +
+                               static_cast<size_t>(column)];
     return tag.at<uint8_t>(y, x) > 127 ? kWhite : kBlack;
   }
   bool AtCornerSquare(const Eigen::Vector2d& p, double pitch, double gap) const {
@@ -94,7 +95,7 @@ class BoardCamera {
 
   cv::Mat Look(const BoardPaint& paint, const SE3& T_CBoard, uint64_t seed) const {
     const SE3 T_BoardC = T_CBoard.inverse();
-    const Eigen::Vector3d eye = T_BoardC.translation();
+    const Eigen::Vector3d& eye = T_BoardC.translation();
     const Eigen::Matrix3d R = T_BoardC.rotation().toRotationMatrix();
     cv::Mat grey(height_, width_, CV_32F, cv::Scalar(0));
     size_t ray = 0;

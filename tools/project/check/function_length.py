@@ -9,7 +9,7 @@ import sys
 import sources
 
 MAX_LINES = 80  # a screen and a half; what is longer has a part that deserves a name
-FOLDERS = ["common", "frontend/core", "backend/core", "dr_ekf/core", "grid", "drivers/kobuki/core", "drivers/camera/core"]
+FOLDERS = ["common", "frontend/core", "backend/core", "dr_ekf/core", "dr_ekf/pose", "grid", "drivers/kobuki/core", "drivers/camera/core"]
 SCOPE = re.compile(r"\b(namespace|class|struct|union|enum|extern)\b")
 
 

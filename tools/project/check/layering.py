@@ -26,6 +26,7 @@ LAYERS = {
     "frontend/core": (CORES + ["common/vision"], PURE.replace("opencv2/|", "")),
     "backend/core": (CORES + ["common/vision"], PURE.replace("ceres/|", "")),
     "dr_ekf/core": (CORES, PURE),
+    "dr_ekf/pose": (CORES, PURE),
     "grid/core": (CORES, PURE.replace("opencv2/|", "")),
     "drivers/common": (["common/core"], PURE),
     "drivers/kobuki/protocol": (["common/core", "drivers/common"], PURE),

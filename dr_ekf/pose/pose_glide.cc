@@ -1,0 +1,69 @@
+#include "dr_ekf/pose/pose_glide.h"
+
+#include <algorithm>
+
+namespace gw::dr_ekf {
+namespace {
+
+bool ClaimsPlace(const Pose& pose) {
+  const double variance = pose.cov_T_WB.diagonal().head<3>().maxCoeff();
+  return variance < PoseGlide::kClaimSigma * PoseGlide::kClaimSigma;
+}
+
+// The share of a step of `most` in a way of `length`, 1 when it reaches the end.
+double ShareOf(double most, double length) {
+  return length > most ? most / length : 1.0;
+}
+
+}  // namespace
+
+SE3 PoseGlide::Outstanding(const Pose& corrected, const SE3& T_OB) const {
+  // T_WB is continuous where dead reckoning began anew, T_WO is not.
+  if (corrected.dr_reset_counter != corrected_->dr_reset_counter) return outstanding_;
+  return (T_WO_ * T_OB).inverse() * corrected.T_WB;
+}
+
+bool PoseGlide::BeginsAnew(const Pose& corrected) const {
+  return corrected.has_map != corrected_->has_map ||
+         (ClaimsPlace(corrected) && !ClaimsPlace(*corrected_));
+}
+
+SE3 PoseGlide::AfterOneStep(const SE3& outstanding, double dt_s) const {
+  const Eigen::Vector3d& way = outstanding.translation();
+  const Eigen::Vector3d turn = LogSO3(outstanding.rotation());
+  const double way_share = rates_.m_s > 0 ? ShareOf(rates_.m_s * dt_s, way.norm()) : 1;
+  const double turn_share = rates_.rad_s > 0 ? ShareOf(rates_.rad_s * dt_s, turn.norm()) : 1;
+  if (way_share == 1 && turn_share == 1) return SE3();
+  const SE3 step(ExpSO3(turn_share * turn), way_share * way);
+  return step.inverse() * outstanding;
+}
+
+Pose PoseGlide::Push(const Pose& corrected, bool stationary) {
+  const SE3 T_OB = corrected.T_WO.inverse() * corrected.T_WB;
+  if (corrected_) {
+    outstanding_ = Outstanding(corrected, T_OB);
+    const double dt_s = std::max(0.0, (corrected.utime - corrected_->utime).seconds());
+    if (BeginsAnew(corrected)) {
+      ++reset_counter_;
+      outstanding_ = SE3();
+    } else {
+      outstanding_ = stationary ? SE3() : AfterOneStep(outstanding_, dt_s);
+    }
+  }
+  corrected_ = corrected;
+
+  Pose out = corrected;
+  out.reset_counter = reset_counter_;
+  const Vector6d e = outstanding_.Log();
+  if (!e.isZero(0)) {
+    out.T_WB = corrected.T_WB * outstanding_.inverse();
+    out.T_WO = out.T_WB * T_OB.inverse();
+    out.cov_T_WB += e * e.transpose();
+    const Vector6d e_O = T_OB.Adjoint() * e;
+    out.cov_T_WO += e_O * e_O.transpose();
+  }
+  T_WO_ = out.T_WO;
+  return out;
+}
+
+}  // namespace gw::dr_ekf

@@ -1,0 +1,52 @@
+// Takes the jumps out of the pose for control. A correction of T_WO, after a loop, a blind span or
+// a noisy image, is not made at once: the published pose goes over to the corrected one at a
+// bounded rate, so that a controller sees the motion of dead reckoning and no more than that rate
+// beside it (docs/adr/0045-pose-without-jumps.md).
+//
+// With E the correction that is outstanding, from the published body frame to the corrected one,
+//   T_WB(published) = T_WB(corrected) * inv(E),   e = Log(E)
+// every step takes from E at most rate * dt, of its translation and of its angle. The covariance is
+// the second moment of the error about what is published: that of the corrected pose plus e * e^T.
+//
+// A correction is made at once when the robot stands still, when the rates are 0, when the first
+// place in a map becomes known, and when the place was unknown or in doubt before. In the last two
+// cases Pose::reset_counter moves on: nobody could have relied on the pose before.
+//
+// Pure: time comes with the poses; same calls, same bytes.
+#pragma once
+
+#include <optional>
+
+#include "common/contract/dead_reckoning.h"
+
+namespace gw::dr_ekf {
+
+struct GlideRates {
+  double m_s = 0;    // of the position; 0: at once
+  double rad_s = 0;  // of the rotation; 0: at once
+};
+
+class PoseGlide {
+ public:
+  explicit PoseGlide(const GlideRates& rates) : rates_(rates) {}
+
+  // corrected: the next pose of the PoseComposer. stationary: of its DR state.
+  Pose Push(const Pose& corrected, bool stationary);
+
+  // A position that is less certain than this (1 sigma, m) claims no place: the front-end does not
+  // take it for a hint either.
+  static constexpr double kClaimSigma = 1.0;
+
+ private:
+  SE3 Outstanding(const Pose& corrected, const SE3& T_OB) const;
+  bool BeginsAnew(const Pose& corrected) const;
+  SE3 AfterOneStep(const SE3& outstanding, double dt_s) const;
+
+  GlideRates rates_;
+  std::optional<Pose> corrected_;  // the one before
+  SE3 T_WO_;                       // as published
+  SE3 outstanding_;                // E
+  uint32_t reset_counter_ = 0;
+};
+
+}  // namespace gw::dr_ekf

@@ -19,6 +19,7 @@ struct NavigateConfig {
   double slow_sigma_deg = 3;
   double stop_sigma_deg = 12;
   double give_up_s = 30;
+  double blind_speed_m_s = 0.15;
 
   template <typename Visitor>
   void VisitFields(Visitor& v) {
@@ -66,6 +67,11 @@ struct NavigateConfig {
          .unit = "s",
          .text =
              "a waypoint that comes no nearer for this long, with a good pose, is unreachable"});
+    v.Field("blind_speed_m_s", blind_speed_m_s,
+            {.min = 0.02,
+             .max = 0.7,
+             .unit = "m/s",
+             .text = "fastest over floor that gw-grid does not see, where it listens to gw-grid"});
   }
 };
 

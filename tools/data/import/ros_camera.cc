@@ -53,6 +53,14 @@ Eigen::Vector2d Distorted(const RosCameraInfo& info, const Eigen::Vector2d& p) {
   return IsFisheye(info) ? DistortFisheye(info, p) : DistortRational(info, p);
 }
 
+// Of the whole image that the sensor gives.
+int WidthOf(const RosCameraInfo& info) {
+  return info.width / std::max(info.binning_x, 1);
+}
+int HeightOf(const RosCameraInfo& info) {
+  return info.height / std::max(info.binning_y, 1);
+}
+
 // K of the pixels that the image really has: after the region of interest and binning.
 PinholeIntrinsics FromK(const RosCameraInfo& info) {
   const double bx = std::max(info.binning_x, 1);
@@ -103,14 +111,19 @@ Result<Done> CheckInfo(const RosCameraInfo& info) {
 
 struct Undistorter::Maps {
   cv::Mat x, y;
+  int source_width = 0, source_height = 0;
 };
 
 Undistorter::Undistorter(const RosCameraInfo& info, const PinholeIntrinsics& target,
                          const Eigen::Matrix3d& R_CT)
+    : Undistorter(info, target, R_CT, WidthOf(info), HeightOf(info)) {}
+
+Undistorter::Undistorter(const RosCameraInfo& info, const PinholeIntrinsics& target,
+                         const Eigen::Matrix3d& R_CT, int width, int height)
     : maps_(std::make_unique<Maps>()) {
   const PinholeIntrinsics source = FromK(info);
-  const int width = info.width / std::max(info.binning_x, 1);
-  const int height = info.height / std::max(info.binning_y, 1);
+  maps_->source_width = WidthOf(info);
+  maps_->source_height = HeightOf(info);
   maps_->x.create(height, width, CV_32FC1);
   maps_->y.create(height, width, CV_32FC1);
   for (int v = 0; v < height; ++v) {
@@ -132,7 +145,7 @@ Undistorter::Undistorter(Undistorter&&) noexcept = default;
 Undistorter& Undistorter::operator=(Undistorter&&) noexcept = default;
 
 bool Undistorter::Fits(const Image& image) const {
-  return image.width == maps_->x.cols && image.height == maps_->x.rows;
+  return image.width == maps_->source_width && image.height == maps_->source_height;
 }
 
 Image Undistorter::Apply(const Image& image) const {
@@ -157,8 +170,8 @@ Result<RosEye> MakeRosEye(const RosCameraInfo& info, bool rectified) {
   if (!good) return good.error();
   RosEye eye;
   if (info.offset_x == 0 && info.offset_y == 0) {
-    eye.width = info.width / std::max(info.binning_x, 1);
-    eye.height = info.height / std::max(info.binning_y, 1);
+    eye.width = WidthOf(info);
+    eye.height = HeightOf(info);
   }
   if (rectified) {
     if (!(info.P[0] > 0)) return Refused(info, "P is zero, but the image is a rectified one");
@@ -177,6 +190,30 @@ Result<RosEye> MakeRosEye(const RosCameraInfo& info, bool rectified) {
   return eye;
 }
 
+namespace {
+
+// Makes the right eye's images those of a camera like the left one: one size and focal length is
+// what two eyes are rectified and matched in.
+void ResampleToLeft(const RosCameraInfo& right, bool rectified, RosStereo& stereo) {
+  RosCameraInfo source = right;
+  if (rectified) {
+    // The images are those of P, free of distortion and already turned.
+    source.D.clear();
+    source.K = {right.P[0], 0, right.P[2], 0, right.P[5], right.P[6], 0, 0, 1};
+  }
+  PinholeIntrinsics target = stereo.left.intrinsics;
+  target.radtan = {};
+  stereo.right.undistorter.emplace(
+      source, target,
+      rectified ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : stereo.right.R_FromImported,
+      stereo.left.width, stereo.left.height);
+  stereo.right.intrinsics = target;
+  stereo.right.width = stereo.left.width;
+  stereo.right.height = stereo.left.height;
+}
+
+}  // namespace
+
 Result<RosStereo> MakeRosStereo(const RosCameraInfo& left, const RosCameraInfo& right,
                                 bool rectified, const std::optional<SE3>& T_C0C1_tf) {
   Result<RosEye> left_eye = MakeRosEye(left, rectified);
@@ -184,6 +221,11 @@ Result<RosStereo> MakeRosStereo(const RosCameraInfo& left, const RosCameraInfo& 
   Result<RosEye> right_eye = MakeRosEye(right, rectified);
   if (!right_eye) return right_eye.error();
   RosStereo stereo{*std::move(left_eye), *std::move(right_eye), SE3()};
+  const bool whole = stereo.left.width > 0 && stereo.right.width > 0;  // no part of an image
+  if (whole &&
+      (stereo.left.width != stereo.right.width || stereo.left.height != stereo.right.height)) {
+    ResampleToLeft(right, rectified, stereo);
+  }
   const double baseline = BaselineOf(right);
   // From the rectified frames, which differ by the baseline alone, to those of the imported images.
   const Eigen::Matrix3d R_C0Rect =

@@ -20,6 +20,9 @@ class Undistorter {
   // Reconstruction"), equidistant (Kannala, Brandt, "A generic camera model", 2006, as in OpenCV's
   // fisheye module: theta (1 + k1 theta^2 + ... + k4 theta^8)). Where the ideal camera looks past
   // the image the result is 0.
+  // The result is `width` x `height` pixels large, or as large as the source.
+  Undistorter(const RosCameraInfo& info, const PinholeIntrinsics& target,
+              const Eigen::Matrix3d& R_CT, int width, int height);
   Undistorter(const RosCameraInfo& info, const PinholeIntrinsics& target,
               const Eigen::Matrix3d& R_CT);
   ~Undistorter();
@@ -55,7 +58,8 @@ struct RosStereo {
 Result<RosEye> MakeRosEye(const RosCameraInfo& info, bool rectified);
 
 // The pose between the eyes is that of R and P (ROS REP 104); where P has no baseline, tf's
-// (T_C0C1_tf; empty: unknown). Error: kBadData when neither is there.
+// (T_C0C1_tf; empty: unknown). A right eye of another size than the left one's is resampled to the
+// left one's size and intrinsics. Error: kBadData when neither is there.
 Result<RosStereo> MakeRosStereo(const RosCameraInfo& left, const RosCameraInfo& right,
                                 bool rectified, const std::optional<SE3>& T_C0C1_tf);
 

@@ -265,6 +265,12 @@ class Assembler {
           MakeRosStereo(left, *streams_.right_info, rectified_,
                         streams_.frames.Pose(left.frame, streams_.right_info->frame));
       if (!made) return made.error();
+      if (left.width != streams_.right_info->width || left.height != streams_.right_info->height) {
+        Warn(tools::Format(
+            "the left images are %d x %d, the right ones %d x %d: those were "
+            "resampled to the left camera's size and focal length",
+            left.width, left.height, streams_.right_info->width, streams_.right_info->height));
+      }
       camera.kind = CameraKind::kStereo;
       camera.right = made->right.intrinsics;
       camera.T_C0C1 = made->T_C0C1;

@@ -74,20 +74,22 @@ class TestBag {
   uint64_t received_ns_ = 0;
 };
 
-// A CameraInfo of 64 x 64 pixels.
+// A CameraInfo, of 64 x 64 pixels where nothing else is said.
 struct RosInfo {
   std::string model = "plumb_bob";
   std::vector<double> D = std::vector<double>(5);
   double focal_px = 60;
   double baseline_m = 0;  // of a right eye
-  uint32_t width = 64;
+  uint32_t width = 64, height = 64;
+  double centre_px = 31.5;
 
   std::vector<uint8_t> Bytes(uint32_t tenth) const {
     RosWriter w;
-    w.Header(100, tenth * 100000000, "camera").Add(uint32_t{64}).Add(width).Text(model);
+    w.Header(100, tenth * 100000000, "camera").Add(height).Add(width).Text(model);
     w.Add(static_cast<uint32_t>(D.size())).Reals(D);
-    w.Reals({focal_px, 0, 31.5, 0, focal_px, 31.5, 0, 0, 1}).Reals({1, 0, 0, 0, 1, 0, 0, 0, 1});
-    w.Reals({focal_px, 0, 31.5, -focal_px * baseline_m, 0, focal_px, 31.5, 0, 0, 0, 1, 0});
+    const double f = focal_px, c = centre_px;
+    w.Reals({f, 0, c, 0, f, c, 0, 0, 1}).Reals({1, 0, 0, 0, 1, 0, 0, 0, 1});
+    w.Reals({f, 0, c, -f * baseline_m, 0, f, c, 0, 0, 0, 1, 0});
     for (int i = 0; i < 2 + 4; ++i) w.Add(uint32_t{0});
     return w.Add(uint8_t{0}).bytes();
   }

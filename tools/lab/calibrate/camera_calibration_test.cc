@@ -145,6 +145,7 @@ TEST(CameraCalibration, AViewThatDoesNotFitIsLeftOutAndNamed) {
 TEST(CameraCalibration, WhatTheViewsDoNotTellIsSaid) {
   const Board board = ParseBoard("checkerboard:9x6:0.06").value();
   std::vector<SE3> flat;
+  flat.reserve(10);
   for (int i = 0; i < 10; ++i) {
     flat.push_back(SE3(Eigen::Quaterniond(0, 1, 0, 0), {-0.25 + 0.01 * i, 0.15, 0.8}));
   }

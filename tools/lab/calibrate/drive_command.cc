@@ -20,16 +20,18 @@ std::string ReportText(const DriveCalibration& found) {
                             found.way_m, found.turn_rad * 180 / M_PI);
   int coarse = 0, undetermined = 0;
   for (const Quantity& q : found.quantities) {
-    if (q.exact()) {
-      text += Format("  %-17s %10.4f +- %.4f %s\n", q.name, q.value, q.sigma, q.unit);
-    } else if (q.determined()) {
-      ++coarse;
-      text += Format("  %-17s %10.4f +- %.4f %s, not yet to %g: %s\n", q.name, q.value, q.sigma,
-                     q.unit, q.wanted, q.remedy);
-    } else {
+    if (!q.determined()) {
       ++undetermined;
       text += Format("  %-17s not determined by this drive: %s\n", q.name, q.remedy);
+      continue;
     }
+    text += Format("  %-17s %10.4f +- %.4f%s%s", q.name, q.value, q.sigma,
+                   q.unit.empty() ? "" : " ", q.unit);
+    if (!q.exact()) {
+      ++coarse;
+      text += Format(", not yet to %.1g: %s", q.wanted, q.remedy);
+    }
+    text += "\n";
   }
   text +=
       "camera: the correction to the T_BC that was given, about and along the body's axes; its "

@@ -183,12 +183,11 @@ class MotionChecker {
 
   // A robot on wheels drives along its x; what is carried by hand or flies does not.
   void CheckMounting() {
-    if (motion_.wheel_way.empty() || motion_.straight_m < kEnoughWay) return;
-    const Eigen::Vector3d& d = motion_.straight_B;
-    double yaw = std::atan2(d.y(), d.x());
+    if (motion_.straight_m < kEnoughWay) return;
+    // Where vision does not follow the wheels' way it tells no direction either (a bare corridor).
+    if (!Follows(way_of_vision_)) return;
     // Driving back is no mounting; whether ahead and back are exchanged is told by the wheels.
-    if (std::abs(yaw) > M_PI / 2) yaw = std::remainder(yaw - M_PI, 2 * M_PI);
-    const double pitch = std::atan2(d.z(), d.head<2>().norm());
+    const double yaw = motion_.straight_yaw_rad, pitch = motion_.straight_pitch_rad;
     const double sigma = 4 * motion_.straight_sigma_rad;
     if (std::abs(yaw) > std::max(kMountTolerance, sigma)) {
       Fail("camera-yaw",

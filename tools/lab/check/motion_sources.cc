@@ -1,6 +1,9 @@
 #include "tools/lab/check/motion_sources.h"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gw::check {
 namespace {
@@ -44,9 +47,45 @@ void AddWheels(const std::vector<WheelSample>& wheels, MotionSources& motion) {
   }
 }
 
+double Median(std::vector<double>& values) {
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Median, and its standard deviation: that of the values by their median absolute deviation
+// (1.4826 for a normal distribution), times sqrt(pi / 2n).
+std::pair<double, double> MedianAndSigma(std::vector<double> values) {
+  const double median = Median(values);
+  for (double& value : values) value = std::abs(value - median);
+  return {median, 1.4826 * Median(values) * std::sqrt(M_PI / 2 / std::ssize(values))};
+}
+
+// Directions are unit vectors in the body, ahead and back alike.
+void AddDirection(const std::vector<Eigen::Vector3d>& directions, MotionSources& motion) {
+  if (directions.size() < 2) return;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& d : directions) scatter += d * d.transpose();
+  const Eigen::Vector3d axis =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(2);
+  const double sign = axis.x() < 0 ? -1 : 1;
+  const double axis_yaw = std::atan2(sign * axis.y(), sign * axis.x());
+  std::vector<double> yaws, pitches;
+  for (const Eigen::Vector3d& d : directions) {
+    const Eigen::Vector3d ahead = d.dot(axis) * sign < 0 ? -d : d;
+    yaws.push_back(std::remainder(std::atan2(ahead.y(), ahead.x()) - axis_yaw, 2 * M_PI));
+    pitches.push_back(std::atan2(ahead.z(), ahead.head<2>().norm()));
+  }
+  const auto [yaw, yaw_sigma] = MedianAndSigma(std::move(yaws));
+  const auto [pitch, pitch_sigma] = MedianAndSigma(std::move(pitches));
+  motion.straight_yaw_rad = axis_yaw + yaw;
+  motion.straight_pitch_rad = pitch;
+  motion.straight_sigma_rad = std::max(yaw_sigma, pitch_sigma);
+}
+
 void AddVision(const VisionRun& vision, MotionSources& motion) {
-  constexpr double kStraightTurn = 0.02;              // rad a step
-  std::vector<std::pair<double, double>> directions;  // angle, way
+  constexpr double kStraightTurn = 0.02;  // rad a step
+  std::vector<Eigen::Vector3d> directions;
   for (size_t i = 1; i < vision.poses.size(); ++i) {
     const VisionPose& a = vision.poses[i - 1];
     const VisionPose& b = vision.poses[i];
@@ -57,18 +96,10 @@ void AddVision(const VisionRun& vision, MotionSources& motion) {
     motion.vision_ways.push_back({a.utime, b.utime, T_AB.translation().x()});
     const double way = T_AB.translation().norm();
     if (std::abs(turn) > kStraightTurn || way < 0.01) continue;
-    motion.straight_B += T_AB.translation();
     motion.straight_m += way;
-    directions.emplace_back(std::atan2(T_AB.translation().y(), T_AB.translation().x()), way);
+    directions.emplace_back(T_AB.translation() / way);
   }
-  if (directions.size() < 2) return;
-  const double mean = std::atan2(motion.straight_B.y(), motion.straight_B.x());
-  double square = 0;
-  for (const auto& [angle, way] : directions) {
-    square += std::pow(std::remainder(angle - mean, 2 * M_PI), 2);
-  }
-  const auto count = static_cast<double>(directions.size());
-  motion.straight_sigma_rad = std::sqrt(square / count / count);
+  AddDirection(directions, motion);
 }
 
 }  // namespace

@@ -20,10 +20,11 @@ struct MotionSources {
   // Between neighbouring images that vision placed.
   std::vector<MotionStep> vision_turns;  // about z of the body, rad
   std::vector<MotionStep> vision_ways;   // forward, m; of steps that are mostly straight
-  // Directions of straight motion in the body, as vision saw it: sums of unit vectors times way.
-  Eigen::Vector3d straight_B = Eigen::Vector3d::Zero();
+  // Direction of straight motion in the body, as vision saw it: the median over the steps, so that
+  // a pose that jumps when a place is found again does not count more than one step.
+  double straight_yaw_rad = 0, straight_pitch_rad = 0;  // to the left of x, above the floor
+  double straight_sigma_rad = 0;                        // the larger of both
   double straight_m = 0;
-  double straight_sigma_rad = 0;  // of its direction in the floor's plane
 
   // Sum of the turns up to t by what knows best: gyro, else wheels.
   std::optional<double> Turned(Utime t) const;

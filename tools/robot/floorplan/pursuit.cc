@@ -17,7 +17,8 @@ constexpr size_t kSearchPoints = 40;    // of the leg, ahead
 constexpr double kSlowInCurves = 0.8;   // m: speed is divided by 1 + this * curvature
 constexpr double kCreep = 0.08;         // m/s at the very end
 constexpr double kApproachGain = 0.9;   // 1/s
-constexpr double kShortestAhead = 0.1;  // m
+constexpr double kShortestAhead = 0.1;  // m, that a curvature is computed with
+constexpr double kLeastAhead = 0.2;     // m, of what it looks ahead when it drives slowly
 
 }  // namespace
 
@@ -29,7 +30,7 @@ Speed TurnBy(double error, double max_w) {
   return {0, std::clamp(kTurnGain * error, -max_w, max_w)};
 }
 
-Speed Pursuit::Update(const Vector2d& position, double yaw) {
+Speed Pursuit::Update(const Vector2d& position, double yaw, double share) {
   const auto squared_distance = [&](size_t i) { return (leg_[i] - position).squaredNorm(); };
   // The nearest point of the leg, searched ahead only: ways may cross themselves.
   for (size_t i = nearest_; i < std::min(leg_.size(), nearest_ + kSearchPoints); ++i) {
@@ -41,7 +42,8 @@ Speed Pursuit::Update(const Vector2d& position, double yaw) {
     }
   }
   size_t target = nearest_;
-  while (target + 1 < leg_.size() && (leg_[target] - position).norm() < config_.look_ahead_m) {
+  const double look_ahead = std::max(share * config_.look_ahead_m, kLeastAhead);
+  while (target + 1 < leg_.size() && (leg_[target] - position).norm() < look_ahead) {
     ++target;
   }
   const Vector2d ahead = leg_[target] - position;
@@ -51,7 +53,7 @@ Speed Pursuit::Update(const Vector2d& position, double yaw) {
     return TurnBy(bearing, config_.max_w);
   }
   const double curvature = 2 * std::sin(bearing) / std::max(kShortestAhead, ahead.norm());
-  double v = config_.max_v / (1 + kSlowInCurves * std::abs(curvature));
+  double v = share * config_.max_v / (1 + kSlowInCurves * std::abs(curvature));
   v = std::min(v, kCreep + kApproachGain * DistanceToEnd(position));
   double w = v * curvature;
   if (std::abs(w) > config_.max_w) {

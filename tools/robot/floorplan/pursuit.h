@@ -28,17 +28,21 @@ Speed TurnBy(double error, double max_w);
 
 class Pursuit {
  public:
-  // Precondition: the leg has a point.
-  Pursuit(Leg leg, const PursuitConfig& config) : leg_(std::move(leg)), config_(config) {}
+  // Precondition: the leg has a point. on_the_move: the leg takes the place of one that is being
+  // driven, so that the robot need not turn on the spot first.
+  Pursuit(Leg leg, const PursuitConfig& config, bool on_the_move = false)
+      : leg_(std::move(leg)), config_(config), turning_(!on_the_move) {}
 
   // For the pose now; call at a fixed rate. Slows down before the end and does not stop there: the
-  // caller decides when it has arrived.
-  Speed Update(const Eigen::Vector2d& position, double yaw);
+  // caller decides when it has arrived. share: of max_v, in (0, 1]; the slower it drives, the
+  // nearer it looks ahead, so that it cuts corners less.
+  Speed Update(const Eigen::Vector2d& position, double yaw, double share = 1);
 
   // m, to where it is on the leg: far when something carried the robot away.
   double DistanceToLeg(const Eigen::Vector2d& position) const {
     return (leg_[nearest_] - position).norm();
   }
+  size_t nearest() const { return nearest_; }  // the leg's point where it is
   // m, along the leg.
   double Left() const { return kLegSpacing * static_cast<double>(leg_.size() - 1 - nearest_); }
   double DistanceToEnd(const Eigen::Vector2d& position) const {
@@ -48,8 +52,8 @@ class Pursuit {
  private:
   Leg leg_;
   PursuitConfig config_;
-  size_t nearest_ = 0;   // point of the leg
-  bool turning_ = true;  // on the spot, to begin with
+  size_t nearest_ = 0;  // point of the leg
+  bool turning_;        // on the spot
 };
 
 }  // namespace gw::floorplan

@@ -4,6 +4,7 @@
 
 #include "common/core/exit_code.h"
 #include "common/wire/channels.h"
+#include "common/wire/grid.h"
 
 namespace gw::navigate {
 namespace {
@@ -69,6 +70,11 @@ Result<Done> NavigateNode::Start(process::Shell& shell) {
       shell.Listen<WheelSample>(wire::kWheel, [this](const WheelSample& sample, Utime received) {
         time_.Observe(sample.utime, received);
         navigator_.Sense(sample.contact);
+      });
+  if (!ok) return ok;
+  ok =
+      shell.Listen<ObstacleView>(wire::kObstacles, [this, &shell](const ObstacleView& view, Utime) {
+        if (!navigator_.See(view)) shell.health().Count("OBSTACLES.without_pose");
       });
   if (!ok) return ok;
   if (truth_) {

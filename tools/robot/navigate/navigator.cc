@@ -24,6 +24,31 @@ constexpr double kObstacleM = 0.1;     // radius of what was bumped into
 constexpr double kTightM = 0.02;       // clearance to walls of stops that are close to one
 constexpr double kSteadyS = 0.3;       // without a reason to stand, before it goes on
 constexpr double kProgressM = 0.05;    // nearer along the way counts as progress
+constexpr double kAheadM = 1.5;        // of the way is watched for obstacles
+constexpr double kStandOffM = 0.1;     // it stands so far before what it would touch
+constexpr double kArcM = 0.4;          // of the way by the present command is watched,
+constexpr double kArcStepM = 0.04;     // in such steps
+constexpr double kCrawl = 0.05;        // m/s: slower is as good as standing
+constexpr double kTurnOutOfWay = 0.5;  // rad/s
+constexpr double kPatienceS = 4;       // before something that may walk on
+constexpr double kReplanS = 0.5;       // between two plans around obstacles
+constexpr int kMaxDetours = 60;        // for one stop: something is always in the way
+constexpr double kBrake = 0.8;         // m/s^2; a Kobuki can do 1.2
+constexpr double kReactS = 0.4;        // from an image to the first braking: 0.1 s between two
+                                       // views, 0.05 s to a command, 0.25 s to the motion
+constexpr double kPassSlowlyM = 0.25;  // from the robot's edge to an obstacle: slower, down to
+constexpr double kPassShare = 0.4;     // this share of the speed when it nearly touches
+constexpr double kUnplacedS = 2.0;     // without a place in the map, before it looks around,
+constexpr double kLookTurn = 0.5;      // rad/s,
+constexpr double kMostLook = 13;       // rad: twice around, then somebody has to move it
+constexpr double kPastS = 1.0;         // of poses is kept for late views
+constexpr DurationUs kPoseGap = Milliseconds(60);  // between a view and the pose it is taken with
+
+// The fastest speed from which the robot stops within d metres: v * t + v^2 / (2 a) = d.
+double StoppingSpeed(double d) {
+  if (d <= 0) return 0;
+  return kBrake * (std::sqrt(kReactS * kReactS + 2 * d / kBrake) - kReactS);
+}
 
 void MarkDisc(const Eigen::Vector2d& centre, double radius, FloorMap* map) {
   const Eigen::Vector2i low = map->CellOf(centre - Eigen::Vector2d::Constant(radius));
@@ -51,6 +76,8 @@ const char* EventName(EventKind kind) {
       return "resumed";
     case EventKind::kBumped:
       return "bumped";
+    case EventKind::kBlocked:
+      return "blocked";
     case EventKind::kFinished:
       return "finished";
   }
@@ -97,6 +124,25 @@ Result<Navigator> Navigator::Create(const NavigateConfig& config, FloorMap map,
   return Error{ErrorCode::kBadData, text};
 }
 
+void Navigator::Push(const std::optional<RobotPose>& pose) {
+  pose_ = pose;
+  unplaced_ = !pose;
+  if (!pose) return;
+  if (!past_.empty() && pose->utime < past_.back().utime) past_.clear();
+  past_.push_back(*pose);
+  while ((past_.back().utime - past_.front().utime).seconds() > kPastS) past_.pop_front();
+}
+
+bool Navigator::See(const ObstacleView& view) {
+  const auto apart = [&view](const RobotPose& p) { return std::abs((p.utime - view.utime).us); };
+  const auto at = std::min_element(past_.begin(), past_.end(), [&](const auto& a, const auto& b) {
+    return apart(a) < apart(b);
+  });
+  if (at == past_.end() || apart(*at) > kPoseGap.us) return false;
+  obstacles_.See(view, *at);
+  return true;
+}
+
 Navigator::Output Navigator::Update(Utime now) {
   Output out;
   if (finished()) {
@@ -108,39 +154,54 @@ Navigator::Output Navigator::Update(Utime now) {
   const std::string why = WhyNotDriving();
   if (!why.empty()) {
     if (!held_) Tell(EventKind::kHeld, why, &out);
+    if (!held_) held_since_ = now;
     held_ = true;
     last_bad_ = now;
+    out.speed = LookForPlace(now);
     return out;
   }
   if (held_) {
     if ((now - last_bad_).seconds() < kSteadyS) return out;
     held_ = false;
+    looked_ = 0;
     Tell(EventKind::kResumed, "", &out);
     phase_ = Phase::kPlan;
     progressed_.reset();
   }
   if ((contact_.bumper || contact_.cliff) && phase_ != Phase::kBackOff) BeginBackOff(now, &out);
-  switch (phase_) {
-    case Phase::kPlan:
-      Plan(&out);
-      break;
-    case Phase::kFollow:
-      Follow(&out);
-      break;
-    case Phase::kAlign:
-      Align(now, &out);
-      break;
-    case Phase::kSettle:
-      Settle(now, &out);
-      break;
-    case Phase::kBackOff:
-      BackOff(now, &out);
-      break;
-  }
+  Drive(now, &out);
   out.speed.v *= verdict_.speed_share;
   out.speed.w *= verdict_.speed_share;
   if (!finished()) WatchProgress(now, &out);
   return out;
+}
+
+void Navigator::Drive(Utime now, Output* out) {
+  switch (phase_) {
+    case Phase::kPlan:
+      return Plan(now, out);
+    case Phase::kFollow:
+      return Follow(now, out);
+    case Phase::kAlign:
+      return Align(now, out);
+    case Phase::kSettle:
+      return Settle(now, out);
+    case Phase::kBlocked:
+      return Blocked(now, out);
+    case Phase::kBackOff:
+      return BackOff(now, out);
+    case Phase::kLook:
+      return Look(out);
+  }
+}
+
+// Dead reckoning is there, and a map is, but not where in it the robot stands: another view may
+// tell. A round robot can turn wherever it can stand.
+floorplan::Speed Navigator::LookForPlace(Utime now) {
+  if (!unplaced_ || contact_.wheel_drop || looked_ > kMostLook) return {};
+  if ((now - held_since_).seconds() < kUnplacedS) return {};
+  looked_ += kLookTurn / kRateHz;
+  return {0, kLookTurn};
 }
 
 // Empty when it may drive.
@@ -150,32 +211,176 @@ std::string Navigator::WhyNotDriving() const {
   return std::string("pose ") + PoseStateName(verdict_.state);
 }
 
-void Navigator::Plan(Output* out) {
+// From here to the stop. Where the stop itself is covered by an obstacle, to a place beside it that
+// still counts as reached.
+floorplan::Tour Navigator::WayOn(const FloorMap& map, double clearance) const {
+  const Stop& to = stops_[stop_];
+  const Waypoint here{pose_->position, pose_->yaw};
+  const auto moved = floorplan::MoveStopsFromWalls(map, {here, to.aim}, clearance);
+  const bool counts = (moved[1].position - to.given.position).norm() < 0.75 * config_.reach_m;
+  return floorplan::PlanTour(map, {moved[0], counts ? moved[1] : to.aim}, clearance);
+}
+
+void Navigator::Plan(Utime now, Output* out) {
   const Stop& to = stops_[stop_];
   const double clearance =
       std::min(to.clearance_m, stop_ > 0 ? stops_[stop_ - 1].clearance_m : to.clearance_m);
-  const Waypoint here{pose_->position, pose_->yaw};
-  const Waypoint from = floorplan::MoveStopsFromWalls(map_, {here}, clearance).front();
-  floorplan::Tour way = floorplan::PlanTour(map_, {from, to.aim}, clearance);
+  floorplan::Tour way = WayOn(map_, clearance);
   if (!way.refused.empty()) return GoOn(EventKind::kUnreachable, way.refused.front().why, out);
-  leg_ = std::move(way.legs.front());
+  progressed_.reset();
+  if (!obstacles_.HasSeen()) return TakeLeg(std::move(way.legs.front()), false, out);
+  if (!PlanAroundObstacles(now, false, out)) BeginBlocked(now, out);
+}
+
+// Around all that was in the way since the last stop: with the room that the configuration asks
+// for, else closer.
+bool Navigator::PlanAroundObstacles(Utime now, bool on_the_move, Output* out) {
+  planned_ = now;
+  obstacles_.Remember();
+  const FloorMap map = obstacles_.On(map_);
+  const double close = config_.robot_radius_m + std::min(kTightM, config_.clearance_m);
+  for (const double clearance : {stops_[stop_].clearance_m, close}) {
+    floorplan::Tour way = WayOn(map, clearance);
+    if (!way.refused.empty()) continue;
+    TakeLeg(std::move(way.legs.front()), on_the_move, out);
+    return true;
+  }
+  return false;
+}
+
+void Navigator::TakeLeg(Leg leg, bool on_the_move, Output* out) {
+  leg_ = std::move(leg);
   const double max_w = config_.max_turn_deg_s * std::numbers::pi / 180;
-  pursuit_.emplace(leg_, floorplan::PursuitConfig{config_.max_speed_m_s, max_w});
+  pursuit_.emplace(leg_, floorplan::PursuitConfig{config_.max_speed_m_s, max_w}, on_the_move);
   phase_ = Phase::kFollow;
   progressed_.reset();
   Tell(EventKind::kLeg, "", out);
 }
 
-void Navigator::Follow(Output* out) {
+void Navigator::Follow(Utime now, Output* out) {
   if (pursuit_->DistanceToEnd(pose_->position) < kArrivedM) {
     phase_ = Phase::kAlign;
     return;
   }
-  out->speed = pursuit_->Update(pose_->position, pose_->yaw);
   if (pursuit_->DistanceToLeg(pose_->position) > kOffLegM) {
-    out->speed = {};
     phase_ = Phase::kPlan;
+    return;
   }
+  const std::optional<double> free_way = FreeWay();
+  if (free_way) {
+    if ((now - planned_).seconds() >= kReplanS) {
+      if (detours_ >= kMaxDetours) return GoOn(EventKind::kUnreachable, "blocked", out);
+      // Beside something near it turns on the spot before it drives on: an arc would cut the
+      // corner.
+      const double room = config_.robot_radius_m + kPassSlowlyM;
+      const bool on_the_move = obstacles_.DistanceTo(pose_->position, room) >= room;
+      if (PlanAroundObstacles(now, on_the_move, out)) {
+        ++detours_;
+        return Follow(now, out);
+      }
+    }
+    if (StoppingSpeed(*free_way - kStandOffM) < kBackOffSpeed) return BeginBlocked(now, out);
+  }
+  const double limit = SpeedLimit(now, free_way);
+  out->speed = pursuit_->Update(pose_->position, pose_->yaw, limit / config_.max_speed_m_s);
+  AvoidOnArc(&out->speed);
+}
+
+// The arc that the robot would drive is not quite the leg. Where it would touch something, it
+// drives no faster than it can stop before that; if that is next to nothing, it turns on the spot.
+void Navigator::AvoidOnArc(floorplan::Speed* speed) const {
+  const double radius = config_.robot_radius_m;
+  const double now = obstacles_.DistanceTo(pose_->position, radius + kArcM);
+  if (speed->v <= 0 || now >= radius + kArcM) return;
+  const double turn_per_m = speed->w / speed->v;
+  double free = 0, yaw = pose_->yaw;
+  Eigen::Vector2d p = pose_->position;
+  for (; free < kArcM; free += kArcStepM) {
+    yaw += kArcStepM * turn_per_m;
+    p += kArcStepM * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    const double there = obstacles_.DistanceTo(p, radius);
+    if (there < radius && there < now) break;
+  }
+  if (free >= kArcM) return;
+  const double v = std::min(speed->v, StoppingSpeed(free - kArcStepM));
+  if (v < kCrawl) {
+    *speed = {0, std::copysign(kTurnOutOfWay, turn_per_m)};
+  } else {
+    *speed = {v, v * turn_per_m};
+  }
+}
+
+// To the first point of the leg ahead where the robot would touch something; empty when there is
+// none. Where the leg leads away from something that is too near already, it is free.
+std::optional<double> Navigator::FreeWay() const {
+  const double radius = config_.robot_radius_m;
+  const size_t nearest = pursuit_->nearest();
+  const double now = obstacles_.DistanceTo(pose_->position, radius);
+  size_t begin = nearest;
+  while (begin + 1 < leg_.size()) {
+    const double there = obstacles_.DistanceTo(leg_[begin], radius);
+    if (there >= radius || there < now) break;
+    ++begin;
+  }
+  const auto blocked = obstacles_.FirstBlocked(
+      leg_, begin, static_cast<size_t>(kAheadM / floorplan::kLegSpacing), radius);
+  if (!blocked) return std::nullopt;
+  return floorplan::kLegSpacing * static_cast<double>(*blocked - nearest);
+}
+
+// How fast it may drive along the leg: so that it can stop before what stands on it, within the
+// floor that it sees, and slowly past what stands beside it (the last as in Macenski et al.,
+// "Regulated pure pursuit for robot path tracking", Autonomous Robots 2023, section 3).
+double Navigator::SpeedLimit(Utime now, std::optional<double> free_way) const {
+  double limit = config_.max_speed_m_s;
+  const std::optional<double> seen = obstacles_.SeenAhead(now);
+  if (!seen) return limit;
+  const double room = *seen - config_.robot_radius_m;
+  limit = std::min(limit, std::max(config_.blind_speed_m_s, StoppingSpeed(room)));
+  if (free_way) limit = std::min(limit, StoppingSpeed(*free_way - kStandOffM));
+  const double beside =
+      obstacles_.DistanceTo(pose_->position, config_.robot_radius_m + kPassSlowlyM) -
+      config_.robot_radius_m;
+  const double share = std::clamp(beside / kPassSlowlyM, kPassShare, 1.0);
+  return std::max(kCrawl, std::min(limit, share * config_.max_speed_m_s));
+}
+
+void Navigator::BeginBlocked(Utime now, Output* out) {
+  out->speed = {};
+  phase_ = Phase::kBlocked;
+  phase_began_ = now;
+  Tell(EventKind::kBlocked, "", out);
+}
+
+void Navigator::Blocked(Utime now, Output* out) {
+  if ((now - phase_began_).seconds() < kPatienceS) return;
+  if (++attempts_ >= kAttempts) return GoOn(EventKind::kUnreachable, "blocked", out);
+  obstacles_.Forget();
+  if (PlanAroundObstacles(now, false, out)) return;
+  phase_ = RoomBehind() ? Phase::kBackOff : Phase::kLook;
+  phase_began_ = now;
+  bumped_at_ = pose_->position;
+  turned_ = 0;
+  last_yaw_ = pose_->yaw;
+}
+
+bool Navigator::RoomBehind() const {
+  const FloorMap map = obstacles_.On(map_);
+  const std::vector<float> distance = floorplan::DistanceToNotFree(map, 1.0);
+  const Eigen::Vector2d back(-std::cos(pose_->yaw), -std::sin(pose_->yaw));
+  return floorplan::DistanceAt(map, distance, pose_->position + kBackOffM * back) >
+         config_.robot_radius_m;
+}
+
+// Once around, so that the next plan knows what stands at all sides.
+void Navigator::Look(Output* out) {
+  turned_ += floorplan::AngleTo(last_yaw_, pose_->yaw);
+  last_yaw_ = pose_->yaw;
+  if (turned_ >= 2 * std::numbers::pi) {
+    phase_ = Phase::kPlan;
+    return;
+  }
+  out->speed.w = config_.max_turn_deg_s * std::numbers::pi / 180;
 }
 
 void Navigator::Align(Utime now, Output* out) {
@@ -215,7 +420,9 @@ void Navigator::BackOff(Utime now, Output* out) {
   if ((pose_->position - bumped_at_).norm() >= kBackOffM ||
       (now - phase_began_).seconds() >= kBackOffMaxS) {
     out->speed = {};
-    phase_ = Phase::kPlan;
+    phase_ = obstacles_.HasSeen() ? Phase::kLook : Phase::kPlan;
+    turned_ = 0;
+    last_yaw_ = pose_->yaw;
   }
 }
 
@@ -235,6 +442,8 @@ void Navigator::GoOn(EventKind kind, const std::string& reason, Output* out) {
   num_unreachable_ += kind == EventKind::kUnreachable ? 1 : 0;
   ++stop_;
   attempts_ = 0;
+  detours_ = 0;
+  obstacles_.Forget();
   phase_ = Phase::kPlan;
   progressed_.reset();
 }

@@ -90,6 +90,22 @@ TEST(Navigator, StandsStillForLongWithoutGivingUp) {
   EXPECT_EQ(drive.Count(EventKind::kReached), 1);
 }
 
+TEST(Navigator, LooksAroundForItsPlaceInTheMapTwiceAtMost) {
+  auto navigator = Navigator::Create({}, RoomForTest(), kCorners, {1});
+  ASSERT_TRUE(navigator.ok());
+  double turned = 0, began = -1;
+  for (int k = 0; k < 60 * Navigator::kRateHz; ++k) {
+    const double t = static_cast<double>(k) / Navigator::kRateHz;
+    navigator->Push(std::nullopt);
+    const floorplan::Speed speed = navigator->Update(UtimeFromSeconds(t)).speed;
+    EXPECT_EQ(speed.v, 0);
+    turned += speed.w / Navigator::kRateHz;
+    if (speed.w > 0 && began < 0) began = t;
+  }
+  EXPECT_NEAR(began, 2, 0.2);
+  EXPECT_NEAR(turned, 13, 0.2);
+}
+
 TEST(Navigator, PlansAnewWhenThePoseJumps) {
   TestDrive drive = Drive({1});
   // As if the map had been wrong by 0.8 m until t = 4 s.

@@ -73,6 +73,26 @@ void ReadRegions(StrictMap* map, const char* key, std::vector<Region>* out) {
   }
 }
 
+void ReadBoxes(StrictMap* map, const char* key, std::vector<LooseBox>* out) {
+  const YAML::Node list = map->Take(key);
+  if (!list.IsDefined()) return;
+  if (!list.IsSequence()) {
+    map->report()->Add(list,
+                       map->PathOf(key) + ": must be a list of [x, y, yaw, depth, width, height]");
+    return;
+  }
+  for (const auto& node : list) {
+    std::vector<double> v;
+    const std::string path = map->PathOf(key) + "[" + std::to_string(out->size()) + "]";
+    if (!ReadNumbers(node, path, 6, map->report(), &v)) continue;
+    if (v[3] <= 0 || v[4] <= 0 || v[5] <= 0) {
+      map->report()->Add(node, path + ": depth, width and height must be above 0");
+      continue;
+    }
+    out->push_back({{v[0], v[1]}, v[2], v[3], v[4], v[5]});
+  }
+}
+
 void ReadWorld(const YAML::Node& node, YamlReport* report, Scenario* s) {
   WorldConfig* world = &s->world;
   StrictMap map(node, "world", report);
@@ -93,6 +113,7 @@ void ReadWorld(const YAML::Node& node, YamlReport* report, Scenario* s) {
   map.Number("light", &s->light, 0.001, 10);
   ReadRegions(&map, "blank_regions", &world->blank_regions);
   ReadRegions(&map, "carpets", &world->carpets);
+  ReadBoxes(&map, "boxes", &world->boxes);
   std::vector<double> repeat;
   map.Numbers("repeat_m", &repeat, 2);
   if (repeat.size() == 2) world->repeat_m = {repeat[0], repeat[1]};

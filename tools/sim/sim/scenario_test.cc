@@ -48,6 +48,7 @@ TEST(Scenario, AllMistakesAreReportedWithTheirLines) {
       "  walls: textured\n"
       "  walls: blank\n"
       "  blank_regions: [[2, 0, 1, 1]]\n"
+      "  boxes: [[2, 0, 1, 1, 0, 1]]\n"
       "events:\n"
       "  - {kind: lights_off, at_s: 3}\n"
       "  - {kind: slip, at_s: 3, for_s: 1, level: 0}\n");
@@ -57,8 +58,9 @@ TEST(Scenario, AllMistakesAreReportedWithTheirLines) {
   EXPECT_THAT(message, HasSubstr("S.yaml:4: camera.mode: must be one of stereo, rgbd"));
   EXPECT_THAT(message, HasSubstr("S.yaml:7: world.walls: duplicate key"));
   EXPECT_THAT(message, HasSubstr("S.yaml:8: world.blank_regions[0]"));
-  EXPECT_THAT(message, HasSubstr("S.yaml:10: events[0].for_s: missing"));
-  EXPECT_THAT(message, HasSubstr("S.yaml:11: events[1].level: no such key"));
+  EXPECT_THAT(message, HasSubstr("S.yaml:9: world.boxes[0]: depth, width and height"));
+  EXPECT_THAT(message, HasSubstr("S.yaml:11: events[0].for_s: missing"));
+  EXPECT_THAT(message, HasSubstr("S.yaml:12: events[1].level: no such key"));
 }
 
 TEST(Scenario, NotYamlIsAnErrorWithALine) {

@@ -77,6 +77,7 @@ World::World(const floorplan::FloorMap& map, const WorldConfig& config,
   }
   way_distance_ = floorplan::DistanceToOccupied(way, 5.0);
   AddWalls();
+  AddLooseBoxes();
   AddFloorAndCeiling();
   AddLamps();
   BakeLight();
@@ -294,14 +295,29 @@ bool World::AddFurniture(const Vector2d& at, const Vector2d& along, const Vector
              Material::kTrim, choice);
     }
   }
+  MarkObstacle(box);
+  return true;
+}
+
+void World::MarkObstacle(const Box& box) {
+  const Vector2d along(-box.axis.y(), box.axis.x());
   const double step = map_.resolution / 2;
   for (double x = -box.half_width; x <= box.half_width; x += step) {
     for (double y = -box.half_depth; y <= box.half_depth; y += step) {
-      const Eigen::Vector2i cell = map_.CellOf(box.centre + along * x + out * y);
+      const Eigen::Vector2i cell = map_.CellOf(box.centre + along * x + box.axis * y);
       if (map_.InMap(cell.x(), cell.y())) obstacles_.occupied[map_.index(cell.x(), cell.y())] = 1;
     }
   }
-  return true;
+}
+
+void World::AddLooseBoxes() {
+  for (const LooseBox& loose : config_.boxes) {
+    const Box box{loose.centre, Vector2d(std::cos(loose.yaw), std::sin(loose.yaw)), loose.depth / 2,
+                  loose.width / 2};
+    CounterRng rng(seed_, kThingStream, KeyOf(loose.centre));
+    AddBox(box, 0, loose.height, Material::kCardboard, Material::kCardboard, rng.Below(1u << 30));
+    MarkObstacle(box);
+  }
 }
 
 void World::AddBox(const Box& box, double bottom, double top, Material front, Material side,

@@ -25,6 +25,13 @@ struct Region {
   }
 };
 
+// Something that stands on the floor and is in no map.
+struct LooseBox {
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // m
+  double yaw = 0;                                    // rad
+  double depth = 0.3, width = 0.3, height = 0.5;     // m; depth along yaw
+};
+
 struct WorldConfig {
   WallStyle walls = WallStyle::kMixed;
   FloorStyle floor = FloorStyle::kWood;
@@ -35,6 +42,7 @@ struct WorldConfig {
   double lamp_spacing_m = 2.4;
   std::vector<Region> blank_regions;  // bare, blank walls and a floor without structure
   std::vector<Region> carpets;        // the wheels slip more on them
+  std::vector<LooseBox> boxes;
   // Decoration depends on the place modulo this (m), so that parts of the map that far apart look
   // alike; 0: every place is different.
   Eigen::Vector2d repeat_m = Eigen::Vector2d::Zero();
@@ -84,11 +92,13 @@ class World {
   };
 
   void AddWalls();
+  void AddLooseBoxes();
   void AddFloorAndCeiling();
   void AddLamps();
   void Decorate(const Eigen::Vector2d& a, const Eigen::Vector2d& b, uint64_t key);
   bool AddFurniture(const Eigen::Vector2d& at, const Eigen::Vector2d& along,
                     const Eigen::Vector2d& out, uint32_t choice, double width);
+  void MarkObstacle(const Box& box);
   void AddBox(const Box& box, double bottom, double top, Material front, Material side,
               uint32_t choice);
   Surface& AddRectangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& u, double u_length,

@@ -10,6 +10,7 @@
 
 #include "common/core/random.h"
 #include "common/good_weights/dr_history.h"
+#include "dr_ekf/core/noise_model.h"
 #include "dr_ekf/test/robot_sim.h"
 
 namespace gw::dr_ekf {
@@ -551,6 +552,36 @@ TEST(DrFilterInput, DelayedWheelsEndInTheSamePose) {
   ASSERT_TRUE(ia.ok() && ib.ok());
   EXPECT_EQ(ia->T_BaBb.translation(), ib->T_BaBb.translation());
   EXPECT_EQ(ia->cov, ib->cov);
+}
+
+// A shock within one IMU sample, 80 m/s^2, is a change of speed by 0.4 m/s wherever the stamp of a
+// wheel sample lies between the IMU's.
+TEST(DrFilterInput, AShockIsWholeWhereAWheelSampleDividesIt) {
+  constexpr int kShock = 400;  // of the IMU's samples, one every 5 ms
+  const Calibration calibration = WheelsAndImu();
+  for (const int divided_ms : {0, 1, 2, 3, 4}) {
+    DrFilter filter = Make(calibration);
+    Utime wheels;
+    DrState last;
+    for (int i = 0; i <= kShock + 1; ++i) {
+      const Utime utime{5000 * i};
+      if (i % 10 == 0 && i > 0) {
+        WheelSample sample;
+        sample.utime_begin = wheels;
+        sample.utime = wheels = utime - Milliseconds(5 - divided_ms);
+        sample.dx_m = 0.3 * (sample.utime - sample.utime_begin).seconds();
+        filter.Push(sample);
+      }
+      ImuSample imu;
+      imu.utime = utime;
+      imu.has_accel = true;
+      imu.w_I_rad_s.setConstant(i % 2 == 0 ? 1e-4 : -1e-4);  // one that stands is not believed
+      imu.a_I_m_s2 = calibration.imu.T_BI.rotation().conjugate() *
+                     Eigen::Vector3d(i == kShock ? 80.0 : 0.0, 0, kGravity);
+      for (const DrState& state : filter.Push(imu).states) last = state;
+    }
+    EXPECT_NEAR(last.v_OB_B.x(), 0.3 + 0.4, 0.01) << divided_ms;
+  }
 }
 
 TEST(DrFilterInput, RollAndPitchComeFromGravity) {

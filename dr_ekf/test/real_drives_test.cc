@@ -214,8 +214,8 @@ TEST_P(SkidSteer, HasTheWayOfItsWheelsAndTheTurnOfItsGyroOnAFlatFloor) {
     const double gyro = TurnOfGyro(drive);
     std::printf("    turn of the gyro %.2f deg\n", gyro * 180 / M_PI);
     EXPECT_NEAR(report.way_dr, report.way_raw, 0.02 * report.way_raw);
-    // Run 21 drives over three ramps of 17 degrees (its accelerometer says so, for two seconds
-    // each) and comes back to the floor.
+    // Run 21 drives over four ramps of 17 to 20 degrees (gyro and accelerometer both say so, for
+    // four seconds each) and comes back to the floor.
     const bool ramps = std::string(GetParam().name).find("run21") != std::string::npos;
     std::printf("    last height %.3f m\n", report.poses.back().T.translation().z());
     EXPECT_NEAR(report.turn_dr, gyro, (ramps ? 4 : 3) * M_PI / 180);

@@ -2,7 +2,8 @@
 
 Each drive (40 s through an office, stereo, another way and another seed) is spoilt by errors that are known: the camera's rotation and
 place in the configuration (3 deg, 5 cm), scales of way, turn (as a track that is x0.4 to x2.5) and gyro (3 %), delays of wheels and IMU
-(50 ms). The base and gyro of the simulator have no scale errors of their own here; wheel slip, noise and biases stay. Prints a line for
+(50 ms). The base, the gyro and the camera's bracket of the simulator have no scale, stamp or mounting errors of their own here; wheel
+slip, side slip, shake, noise and biases stay. Prints a line for
 each drive and a table: how many errors are within what is wanted (0.1 deg, 5 mm, 0.2 %, 3 ms), of those that are said to be known as well
 as that and of those that are said not to be ("not yet to", * in the line of the drive), how many quantities were said to be undetermined,
 and how many errors are inside the covariance (90 % are meant to be within 1.645 standard deviations). Exit 1 when fewer than 80 % of the
@@ -28,7 +29,8 @@ visit: [{visit}]
 drive: {{max_m_s: 0.6, max_deg_s: 60, turn_at_waypoints: {turn}, pause_s: 0}}
 world: {{walls: textured, floor: wood}}
 camera: {{rate_hz: 10, mode: stereo, width: 320, height: 240, focal_px: 190}}
-base: {{scale_error: 0, wheel_difference: 0, track_error: 0}}
+base: {{scale_error: 0, wheel_difference: 0, track_error: 0, odometry_hz: 0}}
+mounting: {{camera_deg: 0, camera_m: 0}}
 imu: {{gyro_scale_error: 0}}
 """
 QUANTITIES = ["camera roll", "camera pitch", "camera yaw", "camera x", "camera y", "wheel way scale", "wheel turn scale",

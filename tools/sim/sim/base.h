@@ -30,8 +30,8 @@ struct BaseConfig {
   double carpet_factor = 2.5;           // random slip on carpet, times normal
   // Tyres run at a slip angle in proportion to the sideways force (linear tyre; a rubber tyre gives
   // way by some tenths of a degree at the 0.25 m/s^2 of such a robot in a curve).
-  double side_slip = 0;            // rad per m/s^2; 0.01 is usual
-  double sideways_per_sqrt_m = 0;  // random; 0.002 is usual
+  double side_slip = 0.01;             // rad per m/s^2
+  double sideways_per_sqrt_m = 0.002;  // random
   // A skid-steer base: its wheels cannot roll along a curve. It turns less than its geometry says,
   // about a point that lies before or behind the middle (a size, as above), and never twice alike.
   double track_factor = 1;  // effective track over the geometric one

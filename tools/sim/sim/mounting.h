@@ -10,8 +10,8 @@ namespace gw::sim {
 
 // Sizes of the errors; see DrawError. A printed or bent bracket, set up by hand.
 struct MountingConfig {
-  double camera_deg = 0;  // rotation about an axis of any direction
-  double camera_m = 0;    // shift in any direction
+  double camera_deg = 0.75;  // rotation about an axis of any direction
+  double camera_m = 0.01;    // shift in any direction
 };
 
 // True pose of the camera in the body; nominal: what the robot's configuration says.

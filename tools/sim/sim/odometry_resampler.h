@@ -14,8 +14,8 @@
 namespace gw::sim {
 
 struct OdometryConfig {
-  double rate_hz = 0;          // 0: every packet as it is, with its ticks and heading
-  double stamp_jitter_ms = 0;  // the loop wakes late by the size of a normal variable
+  double rate_hz = 20;         // 0: every packet as it is, with its ticks and heading
+  double stamp_jitter_ms = 2;  // the loop wakes late by the size of a normal variable
   double delay_s = 0.0475;     // all stamps are late by this, and the configuration knows it
 };
 

@@ -58,8 +58,8 @@ struct ImuConfig {
   double accel_bias = 0.05;     // m/s^2
   // A driving robot shakes: RMS at 0.5 m/s, in proportion to the speed. Measured as differences of
   // neighbouring samples on a real robot with an IMU at 100 Hz: 0.006 to 0.014 rad/s at 0.7 m/s.
-  double shake_rad_s = 0;  // 0.008 and 0.1 are usual
-  double shake_m_s2 = 0;
+  double shake_rad_s = 0.008;
+  double shake_m_s2 = 0.1;
 };
 
 struct Scenario {

@@ -81,7 +81,7 @@ TEST(Simulation, EverySensorKeepsItsRateAndEveryImageHasItsTruth) {
     }
   }
   EXPECT_NEAR(count["IMU"], 500, 2);
-  EXPECT_NEAR(count["WHEEL"], 122, 3);
+  EXPECT_NEAR(count["WHEEL"], 49, 2);
   EXPECT_NEAR(count["CAMERA"], 74, 1);
   EXPECT_TRUE(std::is_sorted(truth_times.begin(), truth_times.end()));
   for (const int64_t t : image_times) {

@@ -30,6 +30,8 @@ template <typename... Ts>
 struct Overloaded : Ts... {
   using Ts::operator()...;
 };
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;  // clang 14 does not deduce aggregates
 
 // Bit by bit, but for the count of publications.
 void ExpectIdentical(const DrState& a, const DrState& b) {

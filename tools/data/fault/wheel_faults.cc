@@ -94,7 +94,7 @@ SampleFault<WheelSample> Resampled() {
         out.push_back({sample, delay});
         continue;
       }
-      for (WheelSample& made : resampler.Push(sample)) out.push_back({std::move(made), delay});
+      for (const WheelSample& made : resampler.Push(sample)) out.push_back({made, delay});
     }
     samples = std::move(out);
   };

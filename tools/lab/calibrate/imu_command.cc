@@ -77,7 +77,7 @@ Result<Done> RunImu(const ImuOptions& options) {
     for (const std::string& fault : faults) text += "\n  " + fault;
     return Error{ErrorCode::kBadData, text};
   }
-  const Result<Done> written =
+  Result<Done> written =
       WriteCommented(options.config_out, "gw-calibrate imu " + options.log, report, *config);
   if (!written) return written;
   std::printf("units, gravity and axes are right; written to %s\n", options.config_out.c_str());

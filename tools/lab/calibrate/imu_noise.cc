@@ -65,6 +65,7 @@ Vector3d MedianOf(const std::vector<Second>& seconds, Vector3d Second::*mean) {
   Vector3d out;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
+    values.reserve(seconds.size());
     for (const Second& second : seconds) values.push_back((second.*mean)[axis]);
     out[axis] = MedianOf(std::move(values));
   }

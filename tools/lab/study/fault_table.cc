@@ -90,11 +90,15 @@ std::string Csv(FaultMatrix matrix, bool vision_healthy, const std::vector<Fault
     std::string misses, said;
     for (const std::string& miss : v.misses) misses += (misses.empty() ? "" : "; ") + miss;
     for (const Saying& s : row.full.front().sayings) {
-      said += (said.empty() ? "" : "; ") + s.name + " " + FormatFixed(s.after_s, 2);
+      said.append(said.empty() ? "" : "; ").append(s.name).append(" ");
+      said.append(FormatFixed(s.after_s, 2));
     }
-    out += "," + (v.named_after_s ? FormatFixed(*v.named_after_s, 2) : "") + "," +
-           std::to_string(v.without_pose) + "," + FormatFixed(v.too_sure_s, 2) + "," + misses +
-           "," + said + "\n";
+    for (const std::string& cell :
+         {v.named_after_s ? FormatFixed(*v.named_after_s, 2) : "", std::to_string(v.without_pose),
+          FormatFixed(v.too_sure_s, 2), misses, said}) {
+      out.append(",").append(cell);
+    }
+    out.append("\n");
   }
   return out;
 }

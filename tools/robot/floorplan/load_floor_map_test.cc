@@ -40,7 +40,7 @@ class FloorMapFile : public ::testing::Test {
     }
     if (!known) lines.emplace_back(key, value);
     std::string text;
-    for (const auto& [name, line] : lines) text += name + ": " + line + "\n";
+    for (const auto& [name, line] : lines) text.append(name).append(": ").append(line).append("\n");
     return Write("map.yaml", text);
   }
   // The cells of a map as letters, the upper row first: # wall, ? unknown, . free.

@@ -15,6 +15,8 @@ set(CMAKE_CXX_FLAGS_DEBUG "-Og -g -DEIGEN_INITIALIZE_MATRICES_BY_NAN")
 add_compile_options(-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -ffp-contract=off)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   add_compile_options(-march=x86-64-v2)  # popcount; 16-byte Eigen alignment as in Debian's Ceres
+elseif(CMAKE_SYSTEM_PROCESSOR STREQUAL "aarch64")
+  add_compile_options(-Wno-psabi)  # notes on what GCC 10 changed
 endif()
 option(GW_WERROR "treat warnings as errors" ON)
 if(GW_WERROR)

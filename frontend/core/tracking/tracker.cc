@@ -216,7 +216,8 @@ std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, const FoundPose&
 }
 
 // Between dead reckoning that has been sound, the pose `found` around its prediction, which
-// contradicts it, and vision alone. Landmarks decide that are known to stand still.
+// contradicts it, and vision alone. The rest of the image decides, and landmarks that are known to
+// stand still.
 FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, FoundPose found) {
   if (found.found && standing_.KnowsAny()) {
     FoundPose rest = finder_.FollowRest(prediction, found, reference_, &map_);

@@ -20,6 +20,8 @@ class StandingLandmarks {
  public:
   // The time of agreement that is enough, over which vision and DR are compared, too.
   static constexpr DurationUs kProof = Milliseconds(500);
+  // What has been out of sight for longer is forgotten: it may have been moved.
+  static constexpr DurationUs kMemory = Milliseconds(10000);
 
   // Inliers of the pose of an image (invalid ids are skipped). agreed: vision and DR agree on it.
   void Observe(Utime utime, bool agreed, const std::vector<LandmarkId>& inliers);
@@ -36,9 +38,6 @@ class StandingLandmarks {
   int Count(const std::vector<LandmarkId>& ids) const;
 
  private:
-  // What has been out of sight for longer is forgotten: it may have been moved.
-  static constexpr DurationUs kMemory = Milliseconds(10000);
-
   struct Known {
     Utime since;          // first image as an inlier
     Utime seen;           // newest

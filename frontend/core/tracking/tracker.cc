@@ -110,6 +110,7 @@ class Tracker::Impl {
   bool Contradicts(const Image& image, const FoundPose& found) const;
   std::optional<FoundPose> FindAlone(Image* image, const FoundPose& other);
   bool Founded(const FoundPose& found) const;
+  bool Refuted(Utime now) const;
   bool Tells(const Image& image) const;
   FoundPose Decide(const PosePrediction& prediction, Image* image, FoundPose found);
   void Show(const SE3& T_ab, Image* image);
@@ -155,7 +156,8 @@ class Tracker::Impl {
   Recovery recovery_;
   std::vector<TrackedPoint> tracked_;
   StandingLandmarks standing_;
-  bool refuted_ = false;  // vision, by the rest of an image, and nothing that stands still since
+  // When the rest of an image refuted vision, if nothing that stands still has been seen since.
+  std::optional<Utime> refuted_;
   std::optional<Pose> hint_;
   PlaceConfirmation place_;
   std::optional<PlaceConfirmation::Confirmed> confirmed_;  // to be tracked from at the next image
@@ -194,6 +196,12 @@ bool Tracker::Impl::Founded(const FoundPose& found) const {
   return odds < std::log(kUnbelievable);
 }
 
+// What was known to stand when vision was refuted is forgotten after a while, and cannot clear it
+// then.
+bool Tracker::Impl::Refuted(Utime now) const {
+  return refuted_ && now - *refuted_ <= StandingLandmarks::kMemory;
+}
+
 // Gives the image to the pose finder, corrected for the motion since the image before.
 void Tracker::Impl::Show(const SE3& T_ab, Image* image) {
   image->frame = cleaner_.Correct(image->of_world, T_ab, image->utime - utime_);
@@ -225,13 +233,14 @@ FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, 
       // What fits to this pose besides is a witness from now on.
       finder_.Complete(&map_, &rest);
       image->agreed = true;
-      refuted_ = true;
+      refuted_ = image->utime;
       return rest;
     }
   }
   if (auto alone = FindAlone(image, found)) return *alone;
-  if (found.found && (refuted_ || !Founded(found))) {
-    if (!refuted_) Rewind(image->utime - StandingLandmarks::kProof);
+  const bool refuted = Refuted(image->utime);
+  if (found.found && (refuted || !Founded(found))) {
+    if (!refuted) Rewind(image->utime - StandingLandmarks::kProof);
     image->T_WC_before = T_WC_;
     image->T_WC_predicted = T_WC_ * image->motion.T_ab;
     found.found = false;
@@ -271,7 +280,7 @@ FoundPose Tracker::Impl::Find(Image* image) {
   if (asks) {
     image->agreed = !Contradicts(*image, found);
     if (!image->agreed) return Decide(prediction, image, std::move(found));
-    refuted_ = refuted_ && standing_.Count(found.landmarks) == 0;
+    if (standing_.Count(found.landmarks) > 0) refuted_.reset();
     // What little is found around a wrong prediction agrees with it.
     if (!Founded(found)) {
       if (auto alone = FindAlone(image, found)) {
@@ -362,7 +371,7 @@ bool Tracker::Impl::Believable(const Image& image) {
 // doubt or not known.
 bool Tracker::Impl::IsBelieved(const Image& image, const FramePose& report) {
   if (image.snapped || !Departs(Departure::kRecovery)) return true;
-  if (refuted_ && standing_.Count(image.found.landmarks) == 0) return false;
+  if (Refuted(image.utime) && standing_.Count(image.found.landmarks) == 0) return false;
   const bool judged = VisionBroken() && (image.motion.from_dr || !placed() || place_.in_doubt());
   if (judged) return Believable(image);
   return !place_.Contradicts(Evidence(image, report, placed(), image.found.estimate.num_inliers));
@@ -539,6 +548,7 @@ void Tracker::Impl::Restart(Utime utime) {
   recovery_.Reset();
   view_ = ViewChange(camera_);
   anchors_.Clear();
+  refuted_.reset();
   motion_.Restart();
   chain_.Restart(utime);
 }
@@ -657,7 +667,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
 
   const bool first = state_ == TrackingState::kStart;
   const SE3 T_ab = image->T_WC_before.inverse() * T_WC_;
-  if (!outcome.vision || refuted_) {
+  if (!outcome.vision || Refuted(image->utime)) {
     motion_.ObserveNothing();
   } else if (!first) {
     motion_.Observe(Seen(*image, T_ab, report, carried), image->motion);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/log_odds.h"
 #include "common/core/random.h"
 #include "common/good_weights/covariance.h"
 #include "common/good_weights/quality.h"
@@ -31,9 +32,21 @@ constexpr MatcherLimits kSecondStageLimits{.max_distance = 80, .max_ratio = 0.85
 // backwards).
 bool ConfirmsPrediction(int fitting, int similar) {
   constexpr double kRight = 0.6, kWrong = 0.2;
-  const double odds = fitting * std::log(kRight / kWrong) +
-                      (similar - fitting) * std::log((1 - kRight) / (1 - kWrong));
-  return odds > std::log(20.0);
+  return LogOdds(fitting, similar, kRight, kWrong) > std::log(20.0);
+}
+
+// The landmarks of a pose, sorted. match: per feature 0 where it shows one of them, and is taken;
+// -1.
+std::vector<LandmarkId> Explained(const FoundPose& found, std::vector<int>* match) {
+  std::vector<LandmarkId> ids;
+  match->assign(found.landmarks.size(), -1);
+  for (size_t i = 0; i < found.landmarks.size(); ++i) {
+    if (!found.landmarks[i].valid()) continue;
+    ids.push_back(found.landmarks[i]);
+    (*match)[i] = 0;
+  }
+  std::sort(ids.begin(), ids.end());
+  return ids;
 }
 
 }  // namespace
@@ -164,14 +177,8 @@ void PoseFinder::SearchLocalMap(const std::optional<PosePrior>& prior, KeyframeI
 
 void PoseFinder::Complete(LocalMap* map, FoundPose* found) const {
   if (!found->found) return;
-  std::vector<LandmarkId> ids;
-  std::vector<int> match(found->landmarks.size(), -1);
-  for (size_t i = 0; i < match.size(); ++i) {
-    if (!found->landmarks[i].valid()) continue;
-    ids.push_back(found->landmarks[i]);
-    match[i] = 0;  // taken
-  }
-  std::sort(ids.begin(), ids.end());
+  std::vector<int> match;
+  const std::vector<LandmarkId> ids = Explained(*found, &match);
   const std::vector<Candidate> candidates = AroundMatched(ids, &found->reference, map);
   matcher_.Match(found->estimate.T_WC, candidates, 1, Image(), kSecondStageLimits, &match);
   const SE3 T_CW = found->estimate.T_WC.inverse();
@@ -265,14 +272,8 @@ bool PoseFinder::Fits(size_t feature, const Eigen::Vector3d& p_C) const {
 
 FoundPose PoseFinder::FollowRest(const PosePrediction& prediction, const FoundPose& other,
                                  KeyframeId reference, LocalMap* map) const {
-  std::vector<LandmarkId> explained;
-  std::vector<int> match(frame_->features.size(), -1);
-  for (size_t i = 0; i < match.size(); ++i) {
-    if (!other.landmarks[i].valid()) continue;
-    explained.push_back(other.landmarks[i]);
-    match[i] = 0;  // taken
-  }
-  std::sort(explained.begin(), explained.end());
+  std::vector<int> match;
+  const std::vector<LandmarkId> explained = Explained(other, &match);
   Association a;
   a.match.assign(match.size(), -1);
   a.outlier.assign(match.size(), 0);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/core/clock_watch.h"
+#include "common/core/log_odds.h"
 #include "common/good_weights/camera_motion.h"
 #include "common/good_weights/edge_covariance.h"
 #include "common/good_weights/quality.h"
@@ -189,10 +190,8 @@ bool Tracker::Impl::Founded(const FoundPose& found) const {
   const auto standing = std::count_if(tracked_.begin(), tracked_.end(),
                                       [this](const auto& t) { return standing_.Knows(t.id); });
   const int again = standing_.Count(found.landmarks);
-  const double world = PoseFinder::kTrustedShare;
   const double odds =
-      again * std::log(kFoundByChance / world) +
-      static_cast<double>(standing - again) * std::log((1 - kFoundByChance) / (1 - world));
+      LogOdds(again, static_cast<double>(standing), kFoundByChance, PoseFinder::kTrustedShare);
   return odds < std::log(kUnbelievable);
 }
 

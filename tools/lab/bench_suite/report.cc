@@ -96,6 +96,16 @@ std::string Seeds(const BenchReport& report) {
   return report.suite.runs == 1 ? "0" : "0 - " + std::to_string(report.suite.runs - 1);
 }
 
+// Inputs that are aligned in another way than the suite.
+std::string Exceptions(const Suite& suite) {
+  std::string out;
+  for (const SuiteInput& input : suite.inputs) {
+    if (input.alignment == suite.alignment) continue;
+    out += (out.empty() ? " (" : ", ") + input.name + " " + eval::AlignmentName(input.alignment);
+  }
+  return out.empty() ? "" : out + ")";
+}
+
 // "name: a, b," and so on, in lines of bounded length.
 void AppendWrapped(const std::string& name, const std::vector<std::string>& items,
                    std::vector<std::string>* lines) {
@@ -158,10 +168,9 @@ std::string InputTable(const BenchReport& report, const std::vector<Sequence>& s
 }
 
 std::string DetailTable(const std::vector<Sequence>& sequences) {
-  std::string out =
-      TableHead({"input", "variant", "images", "lost", "blind", "APE live", "APE final",
-                 "RPE 1 s, m", "RPE 1 s, deg", "jump, m", "recovery jump, m", "NEES healthy",
-                 "NEES blind", "ms median", "ms p99"});
+  std::string out = TableHead({"input", "variant", "images", "lost", "blind", "APE live",
+                               "APE final", "RPE 1 s, m", "RPE 1 s, deg", "jump, m",
+                               "recovery jump, m", "NEES healthy", "NEES blind"});
   using M = measure::Measures;
   for (const Sequence& s : sequences) {
     const auto mean = [&](auto field, int decimals) {
@@ -173,8 +182,7 @@ std::string DetailTable(const std::vector<Sequence>& sequences) {
                 Fixed(s.Max([](const M& m) { return std::optional(m.jumps.worst_m); }), 3),
                 Fixed(s.Max([](const M& m) { return std::optional(m.jumps.worst_recovery_m); }), 3),
                 NeesCell(s.Sum(&measure::Consistency::healthy)),
-                NeesCell(s.Sum(&measure::Consistency::blind)), mean(&M::ms_median, 1),
-                mean(&M::ms_p99, 1)});
+                NeesCell(s.Sum(&measure::Consistency::blind))});
   }
   return out;
 }
@@ -206,7 +214,7 @@ std::string Failures(const BenchReport& report) {
     out += "* " + r.input + ", " + r.variant + ", seed " + std::to_string(r.seed) + ": " +
            r.failure + "\n";
   }
-  return out.empty() ? "" : "\n## gw-slam failed\n\n" + out;
+  return out.empty() ? "" : "\n## Runs without a result\n\n" + out;
 }
 
 }  // namespace
@@ -215,8 +223,8 @@ std::string RenderMarkdown(const BenchReport& report) {
   const std::vector<Sequence> sequences = Sequences(report.results);
   return "# Benchmark " + report.suite.name + "\n\ngw-slam " + Versions(report) + ", gw-bench " +
          Version() + "; seeds " + Seeds(report) + " (seed N starts 3 N images later); alignment " +
-         eval::AlignmentName(report.suite.alignment) + "; " + std::to_string(report.jobs) +
-         " at a time.\n\n## Ranking\n\n"
+         eval::AlignmentName(report.suite.alignment) + Exceptions(report.suite) +
+         ".\n\n## Ranking\n\n"
          "Failed: any run with an APE RMSE above 10 m or less than half of the images "
          "tracked.\n\n" +
          RankingTable(sequences) +
@@ -227,8 +235,7 @@ std::string RenderMarkdown(const BenchReport& report) {
          "\n## All numbers\n\n"
          "Means of the runs; jumps: the worst. lost: images for which the system claims no pose; "
          "blind: on dead\nreckoning alone. jump: motion between two images beyond that of dead "
-         "reckoning. NEES: share of 1 s windows inside\nthe 95 % band. ms: front-end, per image; "
-         "compare within one table only.\n\n" +
+         "reckoning. NEES: share of 1 s windows inside\nthe 95 % band.\n\n" +
          DetailTable(sequences) + "\n## Where the numbers come from\n\n" + OriginTable(report) +
          Failures(report);
 }
@@ -238,8 +245,7 @@ std::string RenderCsv(const BenchReport& report) {
       "input,variant,seed,log,log_hash,config_hash,version,dr_synthetic,failed,images,lost,blind,"
       "ape_live_m,ape_final_m,ape_dr_m,rpe_m,rpe_deg,jump_m,recovery_jump_m,"
       "nees_healthy_windows,nees_healthy_inside,nees_healthy_above,nees_healthy_undefined,"
-      "nees_blind_windows,nees_blind_inside,nees_blind_above,nees_blind_undefined,"
-      "ms_median,ms_p99\n";
+      "nees_blind_windows,nees_blind_inside,nees_blind_above,nees_blind_undefined\n";
   for (const CellResult& r : report.results) {
     out += r.input + "," + r.variant + "," + std::to_string(r.seed) + "," + r.log + "," +
            r.log_hash + "," + r.origin.config_hash + "," + r.origin.version + "," +
@@ -257,9 +263,18 @@ std::string RenderCsv(const BenchReport& report) {
         out += "," + std::to_string(v);
       }
     }
-    number(m.ms_median);
-    number(m.ms_p99);
     out += "\n";
+  }
+  return out;
+}
+
+std::string RenderTimingCsv(const BenchReport& report) {
+  std::string out = "input,variant,seed,ms_median,ms_p99\n";
+  for (const CellResult& r : report.results) {
+    if (!r.measures || !r.measures->ms_median || !r.measures->ms_p99) continue;
+    out += r.input + "," + r.variant + "," + std::to_string(r.seed) + "," +
+           FormatFixed(*r.measures->ms_median, 3) + "," + FormatFixed(*r.measures->ms_p99, 3) +
+           "\n";
   }
   return out;
 }

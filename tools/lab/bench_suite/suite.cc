@@ -35,9 +35,17 @@ std::vector<std::string> ReadTexts(StrictMap* map, const char* key, bool require
   return out;
 }
 
+void ReadAlignment(StrictMap* map, eval::Alignment* alignment) {
+  map->Choice<eval::Alignment>("align", alignment,
+                               {{"se3", eval::Alignment::kSe3},
+                                {"yaw", eval::Alignment::kYaw},
+                                {"none", eval::Alignment::kNone}});
+}
+
 void ReadInput(const YAML::Node& node, const std::string& path,
                const std::filesystem::path& suite_folder, const std::filesystem::path& data,
-               YamlReport* report, SuiteInput* out) {
+               eval::Alignment alignment, YamlReport* report, SuiteInput* out) {
+  out->alignment = alignment;
   StrictMap map(node, path, report);
   map.Text("name", &out->name, true);
   if (!out->name.empty() && !IsFileName(out->name)) {
@@ -51,6 +59,7 @@ void ReadInput(const YAML::Node& node, const std::string& path,
   map.Text("format", &out->format);
   out->options = ReadTexts(&map, "options", false);
   out->fault = ReadTexts(&map, "fault", false);
+  ReadAlignment(&map, &out->alignment);
   map.Finish();
   if (static_cast<int>(log.empty()) + static_cast<int>(scenario.empty()) +
           static_cast<int>(recording.empty()) !=
@@ -79,7 +88,7 @@ void ReadInput(const YAML::Node& node, const std::string& path,
 }
 
 void ReadInputs(const YAML::Node& node, const std::filesystem::path& suite_folder,
-                const std::filesystem::path& data, YamlReport* report,
+                const std::filesystem::path& data, eval::Alignment alignment, YamlReport* report,
                 std::vector<SuiteInput>* out) {
   if (!node.IsDefined()) return;
   if (!node.IsSequence() || node.size() == 0) {
@@ -89,7 +98,7 @@ void ReadInputs(const YAML::Node& node, const std::filesystem::path& suite_folde
   std::set<std::string> names;
   for (const auto& element : node) {
     const std::string path = "inputs[" + std::to_string(out->size()) + "]";
-    ReadInput(element, path, suite_folder, data, report, &out->emplace_back());
+    ReadInput(element, path, suite_folder, data, alignment, report, &out->emplace_back());
     if (!names.insert(out->back().name).second) {
       report->Add(element, path + ".name: another input has this name");
     }
@@ -104,10 +113,7 @@ Suite Read(const YAML::Node& root, const std::filesystem::path& suite_folder,
   std::string ignored;
   map.Text("description", &ignored);
   map.Integer("runs", &suite.runs, 1, 100);
-  map.Choice<eval::Alignment>("align", &suite.alignment,
-                              {{"se3", eval::Alignment::kSe3},
-                               {"yaw", eval::Alignment::kYaw},
-                               {"none", eval::Alignment::kNone}});
+  ReadAlignment(&map, &suite.alignment);
   suite.variants = ReadTexts(&map, "variants", true);
   for (const std::string& variant : suite.variants) {
     FrontendConfig config;
@@ -117,7 +123,7 @@ Suite Read(const YAML::Node& root, const std::filesystem::path& suite_folder,
   if (std::set(suite.variants.begin(), suite.variants.end()).size() != suite.variants.size()) {
     report->Add(root["variants"], "variants: one stands there twice");
   }
-  ReadInputs(map.Take("inputs", true), suite_folder, data, report, &suite.inputs);
+  ReadInputs(map.Take("inputs", true), suite_folder, data, suite.alignment, report, &suite.inputs);
   map.Finish();
   return suite;
 }
@@ -129,7 +135,9 @@ Result<Suite> LoadSuite(const std::string& path, const std::string& data) {
   if (!text) return text.error();
   YamlReport report(path);
   try {
-    Suite suite = Read(YAML::Load(*text), std::filesystem::path(path).parent_path(), data, &report);
+    namespace fs = std::filesystem;
+    const fs::path data_folder = data.empty() ? fs::path() : fs::absolute(data);
+    Suite suite = Read(YAML::Load(*text), fs::absolute(path).parent_path(), data_folder, &report);
     if (!report.empty()) return Error{ErrorCode::kBadConfig, report.Text()};
     return suite;
   } catch (const YAML::Exception& e) {

@@ -23,6 +23,7 @@ struct SuiteInput {
   std::string format;                // kImport: tum, euroc, ...
   std::vector<std::string> options;  // further arguments of gw-sim or gw-import
   std::vector<std::string> fault;    // arguments of gw-fault; empty: the log stays as it is
+  eval::Alignment alignment = eval::Alignment::kSe3;  // the suite's, unless the input has its own
 };
 
 struct Suite {
@@ -33,8 +34,8 @@ struct Suite {
   std::vector<SuiteInput> inputs;
 };
 
-// Paths of logs and scenarios are relative to the suite file, recordings to `data`. Error:
-// kNotFound; kBadConfig with a line for each mistake.
+// Paths of logs and scenarios are relative to the suite file, recordings to `data`; all are
+// absolute afterwards. Error: kNotFound; kBadConfig with a line for each mistake.
 Result<Suite> LoadSuite(const std::string& path, const std::string& data);
 
 }  // namespace gw::bench

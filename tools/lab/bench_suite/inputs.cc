@@ -122,6 +122,34 @@ Result<Done> ApplyFaults(const SuiteInput& input, const std::string& cache, std:
   return Done{};
 }
 
+// The robot YAML with the input's settings, as a file of its own.
+Result<Done> ApplySettings(const SuiteInput& input, const std::string& cache, std::string* config) {
+  RecipeHash hash;
+  const auto text = tools::ReadTextFile(*config);
+  if (!text) return text.error();
+  hash.Add(*text);
+  try {
+    YAML::Node root = YAML::Load(*text);
+    for (const auto& [key, value] : input.set) {
+      hash.Add(key);
+      hash.Add(value);
+      YAML::Node node = root;
+      size_t begin = 0;
+      for (size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.', begin)) {
+        node.reset(node[key.substr(begin, dot - begin)]);
+        begin = dot + 1;
+      }
+      node[key.substr(begin)] = value;
+    }
+    YAML::Emitter yaml;
+    yaml << root << YAML::Newline;
+    *config = cache + "/" + input.name + "-" + hash.text() + ".yaml";
+    return tools::WriteTextFile(*config, yaml.c_str());
+  } catch (const YAML::Exception& e) {
+    return Error{ErrorCode::kBadConfig, *config + ": " + e.what()};
+  }
+}
+
 std::string NoteOf(const std::string& name, const std::string& out) {
   return out + "/inputs/" + name + ".yaml";
 }
@@ -169,6 +197,10 @@ Result<PreparedInput> PrepareInput(const SuiteInput& input, const std::string& c
   if (!input.fault.empty()) {
     const auto edited = ApplyFaults(input, fs::absolute(cache), &prepared.log);
     if (!edited) return edited.error();
+  }
+  if (!input.set.empty()) {
+    const auto set = ApplySettings(input, fs::absolute(cache), &prepared.config);
+    if (!set) return set.error();
   }
   const auto log_hash = tools::HashFile(prepared.log);
   if (!log_hash) return log_hash.error();

@@ -35,6 +35,22 @@ std::vector<std::string> ReadTexts(StrictMap* map, const char* key, bool require
   return out;
 }
 
+void ReadSettings(StrictMap* map, std::vector<std::pair<std::string, std::string>>* out) {
+  const YAML::Node node = map->Take("set");
+  if (!node.IsDefined()) return;
+  if (!node.IsMap()) {
+    map->report()->Add(node, map->PathOf("set") + ": must be keys and values");
+    return;
+  }
+  for (const auto& entry : node) {
+    if (entry.first.IsScalar() && entry.second.IsScalar()) {
+      out->emplace_back(entry.first.Scalar(), entry.second.Scalar());
+    } else {
+      map->report()->Add(entry.first, map->PathOf("set") + ": a value must be a text or a number");
+    }
+  }
+}
+
 void ReadAlignment(StrictMap* map, eval::Alignment* alignment) {
   map->Choice<eval::Alignment>("align", alignment,
                                {{"se3", eval::Alignment::kSe3},
@@ -59,6 +75,7 @@ void ReadInput(const YAML::Node& node, const std::string& path,
   map.Text("format", &out->format);
   out->options = ReadTexts(&map, "options", false);
   out->fault = ReadTexts(&map, "fault", false);
+  ReadSettings(&map, &out->set);
   ReadAlignment(&map, &out->alignment);
   map.Finish();
   if (static_cast<int>(log.empty()) + static_cast<int>(scenario.empty()) +

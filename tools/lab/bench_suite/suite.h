@@ -23,6 +23,8 @@ struct SuiteInput {
   std::string format;                // kImport: tum, euroc, ...
   std::vector<std::string> options;  // further arguments of gw-sim or gw-import
   std::vector<std::string> fault;    // arguments of gw-fault; empty: the log stays as it is
+  // Keys of the robot YAML ("frontend.matching") and what they are set to; others stay.
+  std::vector<std::pair<std::string, std::string>> set;
   eval::Alignment alignment = eval::Alignment::kSe3;  // the suite's, unless the input has its own
 };
 

@@ -28,6 +28,7 @@ struct CellResult {
   measure::RunOrigin origin;
   std::optional<measure::Measures> measures;  // empty: the cell is not finished
   std::string failure;                        // ... because of this
+  bool external = false;                      // of another system
 };
 
 // All cells of the suite whose "INPUT VARIANT" the regular expression matches: by input, then

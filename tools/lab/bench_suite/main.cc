@@ -9,6 +9,8 @@
 #include "common/core/exit_code.h"
 #include "common/core/version.h"
 #include "tools/data/files/text_file.h"
+#include "tools/lab/bench_suite/find.h"
+#include "tools/lab/bench_suite/other_methods.h"
 #include "tools/lab/bench_suite/programs.h"
 #include "tools/lab/bench_suite/report.h"
 #include "tools/lab/bench_suite/workflow.h"
@@ -36,7 +38,15 @@ Result<Done> MakeFolder(const std::string& folder) {
 
 Result<Suite> LoadSuiteAsAsked(const Arguments& args) {
   auto suite = LoadSuite(args.suite, args.data);
-  if (suite && args.runs > 0) suite->runs = args.runs;
+  if (!suite) return suite;
+  if (args.runs > 0) suite->runs = args.runs;
+  if (!suite->cid_sims.wanted) return suite;
+  std::vector<std::string> left_out;
+  const auto found = FindCidSims(suite->cid_sims, args.data, &suite->inputs, &left_out);
+  if (!found) return found.error();
+  for (const std::string& name : left_out) {
+    std::fprintf(stderr, "gw-bench: %s: has no wheels, left out\n", name.c_str());
+  }
   return suite;
 }
 
@@ -91,20 +101,25 @@ Result<std::vector<CellResult>> ReadAll(const Arguments& args, const Suite& suit
   if (!slam) return slam.error();
   std::vector<CellResult> results;
   std::string of;  // the input that these two are of
-  std::optional<PreparedInput> prepared;
-  eval::Trajectory truth;
+  PreparedInput prepared;
+  InputTruth truth;
   for (const Cell& cell : cells) {
+    const eval::Alignment alignment = FindInput(suite, cell.input)->alignment;
     if (of != cell.input) {
       auto input = ReadPreparedInput(cell.input, args.out);
       if (!input) return input.error();
-      auto read = eval::ReadGroundTruthLog(input->log);
+      auto read = ReadInputTruth(input->log);
       if (!read) return read.error();
       prepared = *std::move(input);
       truth = *std::move(read);
       of = cell.input;
+      for (const OtherMethod& method : suite.methods) {
+        auto others = ScoreOther(method, suite.runs, prepared, truth, alignment);
+        if (!others) return others.error();
+        results.insert(results.end(), others->begin(), others->end());
+      }
     }
-    const eval::Alignment alignment = FindInput(suite, cell.input)->alignment;
-    results.push_back(ReadCell(cell, *prepared, truth, alignment, *slam, args.out));
+    results.push_back(ReadCell(cell, prepared, truth.T_GB, alignment, *slam, args.out));
   }
   return results;
 }
@@ -129,7 +144,7 @@ Result<Done> Collect(const Arguments& args) {
   }
   std::fputs(table.c_str(), stdout);
   for (const CellResult& r : report.results) {
-    if (!r.measures) {
+    if (!r.measures && !r.external) {
       return Error{ErrorCode::kBadData, "some runs have no result, see the end of the table"};
     }
   }

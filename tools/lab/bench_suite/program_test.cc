@@ -65,6 +65,19 @@ TEST(GwBench, RunsASuiteAndDoesNotRepeatWhatIsFinished) {
   EXPECT_THAT(Read("out/table.md"), HasSubstr("office, full, seed 1: not finished"));
 }
 
+// Sequences of the kind of CID-SIMS, with the literature beside them.
+TEST(GwBench, RunsThePapersProtocol) {
+  std::filesystem::create_directories(Folder());
+  const std::string suite =
+      GW_SOURCE_DIR "/config/suites/cid_like_short.yaml --out " + Folder() + "/cid";
+  ASSERT_EQ(RunProgram(suite), kExitOk) << Read("said");
+  const std::string table = Read("cid/table.md");
+  EXPECT_THAT(table, HasSubstr("| full | 3 / 3 | 0.0"));
+  EXPECT_THAT(table, HasSubstr("| paper:full | 3 / 3 | 0.0"));
+  EXPECT_THAT(table, HasSubstr("| GFGG* | 80 % | - |"));
+  EXPECT_THAT(Read("cid/ranking.svg"), HasSubstr("GFGG*"));
+}
+
 TEST(GwBench, ExitCodesTellUsageFromBadSuites) {
   std::filesystem::create_directories(Folder());
   const std::string out = " --out " + Folder() + "/bad";

@@ -21,6 +21,16 @@ std::string Fixed(const std::optional<double>& value, int decimals) {
   return value ? FormatFixed(*value, decimals) : "-";
 }
 
+// What this project is about, as against baselines, other systems and the literature.
+bool IsOurs(const std::string& variant) {
+  return variant == "da" || variant == "pe" || variant == "lba" || variant == "full";
+}
+
+// Grey: nothing that was computed from images here.
+std::string ColorOf(const Ranked& r) {
+  return r.variant == kDrAlone || r.total == 0 ? kFailedColor : "";
+}
+
 std::string Percent(double share) {
   return FormatFixed(100 * share, 0) + " %";
 }
@@ -33,12 +43,6 @@ std::string Row(const std::vector<std::string>& cells) {
 
 std::string TableHead(const std::vector<std::string>& cells) {
   return Row(cells) + Row(std::vector<std::string>(cells.size(), "---"));
-}
-
-std::string RankingNote(const Ranked& r) {
-  const std::string completeness =
-      Percent(static_cast<double>(r.finished) / static_cast<double>(r.total));
-  return Fixed(r.mean_ape_m, 3) + (r.complete() ? "" : " (" + completeness + ")");
 }
 
 // "0.016 (0.015 - 0.018)", or why not.
@@ -139,11 +143,23 @@ std::vector<std::string> PlotFooter(const BenchReport& report) {
   return out;
 }
 
-std::string RankingTable(const std::vector<Sequence>& sequences) {
+std::string RankingTable(const BenchReport& report, const std::vector<Sequence>& sequences) {
   std::string out = TableHead({"variant", "completeness", "mean APE RMSE of the finished, m"});
-  for (const Ranked& r : Rank(sequences)) {
-    out += Row({r.variant, std::to_string(r.finished) + " / " + std::to_string(r.total),
-                Fixed(r.mean_ape_m, 4)});
+  for (const Ranked& r : Rank(sequences, report.suite.published)) {
+    std::string completeness = std::to_string(r.finished) + " / " + std::to_string(r.total);
+    if (r.total == 0) completeness = r.completeness ? Percent(*r.completeness) : "-";
+    out += Row({r.variant, completeness, Fixed(r.mean_ape_m, r.total == 0 ? 2 : 4)});
+  }
+  std::set<std::string> sources;
+  for (const PublishedRow& row : report.suite.published) sources.insert(row.source);
+  if (sources.empty()) return out;
+  out += "\n\\* published, on the recordings of the data set, not run here:\n\n";
+  for (const std::string& source : sources) {
+    std::string names;
+    for (const PublishedRow& row : report.suite.published) {
+      if (row.source == source) names += (names.empty() ? "" : ", ") + row.name;
+    }
+    out += "* " + source + ": " + names + "\n";
   }
   return out;
 }
@@ -227,7 +243,7 @@ std::string RenderMarkdown(const BenchReport& report) {
          ".\n\n## Ranking\n\n"
          "Failed: any run with an APE RMSE above 10 m or less than half of the images "
          "tracked.\n\n" +
-         RankingTable(sequences) +
+         RankingTable(report, sequences) +
          "\n## APE RMSE by input, m\n\n"
          "Of all poses as they were published, lost ones included: mean (min - max) of the "
          "runs.\n\n" +
@@ -280,20 +296,32 @@ std::string RenderTimingCsv(const BenchReport& report) {
 }
 
 std::string RenderRankingPlot(const BenchReport& report) {
-  plot::BarPanel panel;
-  panel.x_label =
-      "mean APE RMSE over the finished inputs, m (hatched: not all finished, share in "
-      "parentheses)";
-  for (const Ranked& r : Rank(Sequences(report.results))) {
-    const bool dr = r.variant == kDrAlone;
-    panel.bars.push_back({r.variant, r.mean_ape_m, RankingNote(r), !r.complete(),
-                          r.variant == "full", dr ? kFailedColor : ""});
+  plot::BarPanel completeness, ape;
+  completeness.title = "completeness";
+  completeness.x_label = "% of the inputs (hatched: not all)";
+  completeness.x_max = 100;
+  ape.title = "accuracy";
+  ape.x_label = "mean APE RMSE over the finished inputs, m";
+  for (const Ranked& r : Rank(Sequences(report.results), report.suite.published)) {
+    plot::Bar bar{r.variant, std::nullopt, "-", !r.complete(), IsOurs(r.variant), ColorOf(r)};
+    ape.bars.push_back(bar);
+    ape.bars.back().value = r.mean_ape_m;
+    ape.bars.back().note = Fixed(r.mean_ape_m, r.total == 0 ? 2 : 3);
+    if (r.completeness) {
+      bar.value = 100 * *r.completeness;
+      bar.note = Percent(*r.completeness);
+    }
+    completeness.bars.push_back(bar);
   }
   plot::BarFigure figure;
-  figure.title = report.suite.name + ": accuracy and completeness";
-  figure.panel_width = 760;
-  figure.panels = {panel};
+  figure.title = report.suite.name + ": completeness and accuracy";
+  figure.columns = 2;
+  figure.panel_width = 480;
+  figure.panels = {completeness, ape};
   figure.footer = PlotFooter(report);
+  if (!report.suite.published.empty()) {
+    figure.footer.emplace_back("* published, on the recordings of the data set, not run here");
+  }
   return plot::RenderBars(figure);
 }
 
@@ -314,7 +342,7 @@ std::string RenderInputsPlot(const BenchReport& report) {
       if (!s.failed()) finished_max = std::max(finished_max, ape.value_or(0));
       const std::string failed = s.failed() ? " failed" : "";
       panel.bars.push_back(
-          {s.variant, ape, Fixed(ape, 3) + failed, s.failed(), s.variant == "full", ""});
+          {s.variant, ape, Fixed(ape, 3) + failed, s.failed(), IsOurs(s.variant), ""});
       if (!panel.marker) panel.marker = s.Mean([](const auto& m) { return m.ape_dr_m; });
     }
     panel.marker_label = kDrAlone;

@@ -110,6 +110,13 @@ std::string Exceptions(const Suite& suite) {
   return out.empty() ? "" : out + ")";
 }
 
+std::string TruthNote(const LidarTruth& lidar) {
+  if (lidar.rate_hz <= 0) return "";
+  return "; ground truth as of a laser scanner: " + FormatDouble(lidar.rate_hz) + " Hz, noise " +
+         FormatDouble(lidar.metres) + " m and " + FormatDouble(lidar.degrees) +
+         " deg per axis, smoothed";
+}
+
 // "name: a, b," and so on, in lines of bounded length.
 void AppendWrapped(const std::string& name, const std::vector<std::string>& items,
                    std::vector<std::string>* lines) {
@@ -240,6 +247,7 @@ std::string RenderMarkdown(const BenchReport& report) {
   return "# Benchmark " + report.suite.name + "\n\ngw-slam " + Versions(report) + ", gw-bench " +
          Version() + "; seeds " + Seeds(report) + " (seed N starts 3 N images later); alignment " +
          eval::AlignmentName(report.suite.alignment) + Exceptions(report.suite) +
+         TruthNote(report.suite.lidar_truth) +
          ".\n\n## Ranking\n\n"
          "Failed: any run with an APE RMSE above 10 m or less than half of the images "
          "tracked.\n\n" +

@@ -48,6 +48,7 @@ RobotConfig MakeRobotConfig(const Scenario& s) {
   camera.depth_min_m = s.depth.min_m;
   camera.depth_max_m = 6.0;
   camera.depth_baseline_m = s.depth.baseline_m;
+  camera.disparity_sigma_px = s.depth.disparity_sigma_px;
   // As in config/robots/turtlebot2_d435i.yaml.
   const Eigen::Quaterniond q_BC(0.5, -0.5, 0.5, -0.5);
   camera.T_BC = SE3(q_BC, {0.1, 0.0175, 0.25});

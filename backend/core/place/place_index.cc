@@ -125,15 +125,28 @@ void PlaceIndex::FetchDescriptors(uint32_t query, Lookup& lookup,
                                   std::vector<Pairing>& pairings) const {
   lookup.alike.clear();
   for (int table = 0; table < kTables; ++table) {
+    const std::vector<Entry>& bucket = Bucket(table, lookup.groups[table]);
     const uint16_t sketch = SketchFor(lookup.groups, table);
-    for (const Entry& entry : Bucket(table, lookup.groups[table])) {
-      if (__builtin_popcount(entry.sketch ^ sketch) > kMaxSketchDistance) continue;
+    // One in ten resembles it, which no processor foretells: a branch would cost more than writing
+    // them all.
+    const size_t begin = lookup.alike.size();
+    lookup.alike.resize(begin + bucket.size());
+    size_t end = begin;
+    for (const Entry& entry : bucket) {
+      lookup.alike[end] = entry;
+      end += __builtin_popcount(entry.sketch ^ sketch) <= kMaxSketchDistance ? 1 : 0;
+    }
+    const size_t seen = end;
+    end = begin;
+    for (size_t i = begin; i < seen; ++i) {
+      const Entry entry = lookup.alike[i];
       Pairing& pairing = pairings[entry.slot];
       if (pairing.query == query && pairing.feature == entry.feature) continue;
       pairing = {query, entry.feature};
-      lookup.alike.push_back(entry);
+      lookup.alike[end++] = entry;
       __builtin_prefetch(slots_[entry.slot].descriptors.data() + entry.feature);
     }
+    lookup.alike.resize(end);
   }
 }
 

@@ -47,25 +47,13 @@ CornerOffset RefineCorner(const ImageBuffer& image, int x, int y) {
 }
 
 double CornerRatio(const ImageBuffer& image, int x, int y) {
-  constexpr int kRadius = 3;
-  int xx = 0;
-  int xy = 0;
-  int yy = 0;
-  for (int dy = -kRadius; dy <= kRadius; ++dy) {
-    const uint8_t* above = image.row(y + dy - 1) + x;
-    const uint8_t* at = image.row(y + dy) + x;
-    const uint8_t* below = image.row(y + dy + 1) + x;
-    for (int dx = -kRadius; dx <= kRadius; ++dx) {
-      const int gx = at[dx + 1] - at[dx - 1];
-      const int gy = below[dx] - above[dx];
-      xx += gx * gx;
-      xy += gx * gy;
-      yy += gy * gy;
-    }
-  }
-  const double half_sum = 0.5 * (xx + yy);
+  const StructureTensor t = BestPixelKernels().structure_tensor(image.row(y) + x, image.stride);
+  const double half_sum = 0.5 * (t.xx + t.yy);
   if (half_sum == 0) return 0;
-  const double root = std::hypot(0.5 * (xx - yy), xy);
+  const double half_difference = 0.5 * (t.xx - t.yy);
+  // The squares are exact.
+  const double root =
+      std::sqrt(half_difference * half_difference + static_cast<double>(t.xy) * t.xy);
   return std::max(0.0, half_sum - root) / (half_sum + root);
 }
 

@@ -23,6 +23,9 @@ struct Sse {
                               _mm_loadl_epi64(reinterpret_cast<const T*>(p + at[1])));
   }
   static T LoadSixteens(const void* const (&p)[1]) { return Load(p[0]); }
+  // Eight pixels, 16 bits each.
+  static T WidenRows(const uint8_t* p, ptrdiff_t) { return LoadWiden(p); }
+  static T InArea(bool) { return _mm_set_epi16(0, -1, -1, -1, -1, -1, -1, -1); }
   static T LoadWiden(const uint8_t* p) {
     return _mm_cvtepu8_epi16(_mm_loadl_epi64(reinterpret_cast<const T*>(p)));
   }
@@ -35,12 +38,18 @@ struct Sse {
   static T Max8(T a, T b) { return _mm_max_epu8(a, b); }
   static T AddSaturated8(T a, T b) { return _mm_adds_epu8(a, b); }
   static T SubtractSaturated8(T a, T b) { return _mm_subs_epu8(a, b); }
+  static T And(T a, T b) { return _mm_and_si128(a, b); }
   static T Or(T a, T b) { return _mm_or_si128(a, b); }
   static T AndNot(T a, T b) { return _mm_andnot_si128(a, b); }
   static T Equal8(T a, T b) { return _mm_cmpeq_epi8(a, b); }
   static bool IsZero(T a) { return _mm_testz_si128(a, a) != 0; }
   static uint32_t Signs(T a) { return static_cast<uint32_t>(_mm_movemask_epi8(a)); }
   static T Add16(T a, T b) { return _mm_add_epi16(a, b); }
+  static T Subtract16(T a, T b) { return _mm_sub_epi16(a, b); }
+  static int Sum32(T a) {
+    a = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4E));
+    return _mm_cvtsi128_si32(_mm_add_epi32(a, _mm_shuffle_epi32(a, 0xB1)));
+  }
   static T Add32(T a, T b) { return _mm_add_epi32(a, b); }
   template <int kBits>
   static T ShiftRight16(T a) {
@@ -104,6 +113,35 @@ struct Scalar {
     }
     return found;
   }
+  static StructureTensor TensorOf(const uint8_t* center, ptrdiff_t stride) {
+    StructureTensor out{0, 0, 0};
+    for (int dy = -3; dy <= 3; ++dy) {
+      const uint8_t* at = center + dy * stride;
+      for (int dx = -3; dx <= 3; ++dx) {
+        const int gx = at[dx + 1] - at[dx - 1];
+        const int gy = at[dx + stride] - at[dx - stride];
+        out.xx += gx * gx;
+        out.xy += gx * gy;
+        out.yy += gy * gy;
+      }
+    }
+    return out;
+  }
+  static Moments DiscMoments(const uint8_t* center, ptrdiff_t stride) {
+    constexpr int kRadius = PixelKernels::kDiscRadius;
+    Moments out{0, 0};
+    for (int dy = -kRadius; dy <= kRadius; ++dy) {
+      const uint8_t* row = center + dy * stride;
+      const int half_width = kDisc.half_width[dy < 0 ? -dy : dy];
+      int sum = 0;
+      for (int dx = -half_width; dx <= half_width; ++dx) {
+        sum += row[dx];
+        out.m10 += dx * row[dx];
+      }
+      out.m01 += dy * sum;
+    }
+    return out;
+  }
   static void ColumnSums(const uint8_t* above, const uint8_t* at, const uint8_t* below, int count,
                          uint16_t* sums) {
     for (int x = 0; x < count; ++x) {
@@ -132,7 +170,8 @@ struct Scalar {
       out[x] = static_cast<uint8_t>((upper[x] * a + lower[x] * b + 2048) >> 12);
     }
   }
-  static constexpr PixelKernels kKernels = {FastScores, FastScores5x5,  Peaks,    ColumnSums,
+  static constexpr PixelKernels kKernels = {FastScores, FastScores5x5,  Peaks,
+                                            TensorOf,   DiscMoments,    ColumnSums,
                                             SmoothRow,  InterpolateRow, BlendRows};
 };
 

@@ -14,10 +14,21 @@ struct ResizeBlock {
   int8_t weights[16];  // of the taps; the two sum to 64
 };
 
+// Sums of products of the gradients (differences of the two neighbours) of an area.
+struct StructureTensor {
+  int xx, xy, yy;
+};
+
+// Sums over a disc of grey values times the way to its centre, px.
+struct Moments {
+  int m10, m01;  // times dx, dy
+};
+
 struct PixelKernels {
   // Kernels may read and write so many elements beyond what they are asked for, but where they say
   // otherwise. The content there means nothing.
   static constexpr int kSlack = 32;
+  static constexpr int kDiscRadius = 15;
 
   // FAST-9 scores (FastScore in orb_detector.h) of `count` pixels of a row, zero where not above
   // the threshold. Reads 3 px around them. `scores`: kSlack elements more than `count`.
@@ -31,6 +42,11 @@ struct PixelKernels {
   // to the left, and not below the others. `columns`: room for end - begin.
   int (*peaks)(const uint8_t* above, const uint8_t* at, const uint8_t* below, int begin, int end,
                int16_t* columns);
+  // Of the 7x7 pixels about the centre. Reads 4 px around it, and one more to the right.
+  StructureTensor (*structure_tensor)(const uint8_t* center, ptrdiff_t stride);
+  // Of the disc of radius kDiscRadius about the centre. Reads that many px around it, and one more
+  // to the right.
+  Moments (*disc_moments)(const uint8_t* center, ptrdiff_t stride);
   // above + 2 at + below, for each of `count` columns. Reads no pixel beyond these.
   void (*column_sums)(const uint8_t* above, const uint8_t* at, const uint8_t* below, int count,
                       uint16_t* sums);

@@ -20,6 +20,15 @@ struct Avx2 {
     return _mm256_set_m128i(_mm_loadu_si128(static_cast<const __m128i*>(p[1])),
                             _mm_loadu_si128(static_cast<const __m128i*>(p[0])));
   }
+  // Eight pixels of this row and of the one `next` bytes behind it, 16 bits each.
+  static T WidenRows(const uint8_t* p, ptrdiff_t next) {
+    return _mm256_cvtepu8_epi16(TwoEights(p, p + next));
+  }
+  // The first seven of these, and of the second row where it counts.
+  static T InArea(bool second) {
+    const int64_t three = 0x0000FFFFFFFFFFFF;
+    return _mm256_set_epi64x(second ? three : 0, second ? -1 : 0, three, -1);
+  }
   static T LoadWiden(const uint8_t* p) {
     return _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
   }
@@ -32,12 +41,19 @@ struct Avx2 {
   static T Max8(T a, T b) { return _mm256_max_epu8(a, b); }
   static T AddSaturated8(T a, T b) { return _mm256_adds_epu8(a, b); }
   static T SubtractSaturated8(T a, T b) { return _mm256_subs_epu8(a, b); }
+  static T And(T a, T b) { return _mm256_and_si256(a, b); }
   static T Or(T a, T b) { return _mm256_or_si256(a, b); }
   static T AndNot(T a, T b) { return _mm256_andnot_si256(a, b); }
   static T Equal8(T a, T b) { return _mm256_cmpeq_epi8(a, b); }
   static bool IsZero(T a) { return _mm256_testz_si256(a, a) != 0; }
   static uint32_t Signs(T a) { return static_cast<uint32_t>(_mm256_movemask_epi8(a)); }
   static T Add16(T a, T b) { return _mm256_add_epi16(a, b); }
+  static T Subtract16(T a, T b) { return _mm256_sub_epi16(a, b); }
+  static int Sum32(T a) {
+    __m128i half = _mm_add_epi32(_mm256_castsi256_si128(a), _mm256_extracti128_si256(a, 1));
+    half = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4E));
+    return _mm_cvtsi128_si32(_mm_add_epi32(half, _mm_shuffle_epi32(half, 0xB1)));
+  }
   static T Add32(T a, T b) { return _mm256_add_epi32(a, b); }
   template <int kBits>
   static T ShiftRight16(T a) {

@@ -18,6 +18,31 @@ void CircleOffsets(ptrdiff_t stride, ptrdiff_t (&offsets)[16]) {
   for (int i = 0; i < 16; ++i) offsets[i] = kFastCircle[i].y * stride + kFastCircle[i].x;
 }
 
+// Weights of the pixels x - 15 .. x + 16 of the rows of a disc, by |dy|.
+struct DiscRow {
+  int8_t dx[32];      // dx inside the disc, 0 outside
+  int8_t inside[32];  // 1 inside the disc, 0 outside
+};
+struct Disc {
+  DiscRow rows[PixelKernels::kDiscRadius + 1];
+  int half_width[PixelKernels::kDiscRadius + 1];
+
+  constexpr Disc() : rows{}, half_width{} {
+    constexpr int kRadius = PixelKernels::kDiscRadius;
+    for (int y = 0; y <= kRadius; ++y) {
+      int width = kRadius;
+      // (r + 1/2)^2: a round disc.
+      while (width * width + y * y > kRadius * kRadius + kRadius) --width;
+      half_width[y] = width;
+      for (int dx = -width; dx <= width; ++dx) {
+        rows[y].dx[dx + kRadius] = static_cast<int8_t>(dx);
+        rows[y].inside[dx + kRadius] = 1;
+      }
+    }
+  }
+};
+constexpr Disc kDisc;
+
 // V is a kind of vector of bytes: V::T, V::kBytes, and the operations used below.
 template <typename V>
 struct VectorKernels {
@@ -143,6 +168,49 @@ struct VectorKernels {
     return found;
   }
 
+  static StructureTensor TensorOf(const uint8_t* center, ptrdiff_t stride) {
+    constexpr int kRows = V::kBytes / 16;  // in a vector of 16-bit numbers
+    T xx = V::Zero();
+    T xy = V::Zero();
+    T yy = V::Zero();
+    for (int dy = -3; dy <= 3; dy += kRows) {
+      // The eight pixels from dx = -3 on, of which the last does not count; nor do rows beyond the
+      // area.
+      const auto pixels = [&](int x, int y) {
+        return V::WidenRows(center + (dy + y) * stride - 3 + x, dy + 1 <= 3 ? stride : 0);
+      };
+      const T inside = V::InArea(dy + 1 <= 3);
+      const T gx = V::And(V::Subtract16(pixels(1, 0), pixels(-1, 0)), inside);
+      const T gy = V::And(V::Subtract16(pixels(0, 1), pixels(0, -1)), inside);
+      xx = V::Add32(xx, V::MultiplyPairs16(gx, gx));
+      xy = V::Add32(xy, V::MultiplyPairs16(gx, gy));
+      yy = V::Add32(yy, V::MultiplyPairs16(gy, gy));
+    }
+    return {V::Sum32(xx), V::Sum32(xy), V::Sum32(yy)};
+  }
+
+  static Moments DiscMoments(const uint8_t* center, ptrdiff_t stride) {
+    constexpr int kRadius = PixelKernels::kDiscRadius;
+    const T one = V::All16(1);
+    T m10 = V::Zero();
+    T m01 = V::Zero();
+    for (int dy = -kRadius; dy <= kRadius; ++dy) {
+      const DiscRow& weights = kDisc.rows[dy < 0 ? -dy : dy];
+      const uint8_t* row = center + dy * stride - kRadius;
+      // No sum of pairs leaves 16 bits: at most 255 * (15 + 14) * 2.
+      T by_dx = V::Zero();
+      T sums = V::Zero();
+      for (int x = 0; x < 32; x += V::kBytes) {
+        const T pixels = V::Load(row + x);
+        by_dx = V::Add16(by_dx, V::MultiplyPairs8(pixels, V::Load(weights.dx + x)));
+        sums = V::Add16(sums, V::MultiplyPairs8(pixels, V::Load(weights.inside + x)));
+      }
+      m10 = V::Add32(m10, V::MultiplyPairs16(by_dx, one));
+      m01 = V::Add32(m01, V::MultiplyPairs16(sums, V::All16(dy)));
+    }
+    return {V::Sum32(m10), V::Sum32(m01)};
+  }
+
   static void ColumnSums(const uint8_t* above, const uint8_t* at, const uint8_t* below, int count,
                          uint16_t* sums) {
     constexpr int kStep = V::kBytes / 2;
@@ -208,7 +276,8 @@ struct VectorKernels {
     }
   }
 
-  static constexpr PixelKernels kKernels = {FastScores, FastScores5x5,  Peaks,    ColumnSums,
+  static constexpr PixelKernels kKernels = {FastScores, FastScores5x5,  Peaks,
+                                            TensorOf,   DiscMoments,    ColumnSums,
                                             SmoothRow,  InterpolateRow, BlendRows};
 };
 

@@ -88,6 +88,26 @@ TEST_P(PixelKernelsTest, ScoreTheSurroundingsOfACorner) {
   EXPECT_GT(found, 100);
 }
 
+TEST_P(PixelKernelsTest, SumGradientsAndMoments) {
+  constexpr int kStride = 64;
+  constexpr int kRadius = PixelKernels::kDiscRadius;
+  for (int trial = 0; trial < 200; ++trial) {
+    const std::vector<uint8_t> image = Pixels((2 * kRadius + 1) * kStride);
+    const uint8_t* center = image.data() + kRadius * kStride + kRadius;
+    const StructureTensor a = kernels_.structure_tensor(center, kStride);
+    const StructureTensor b = expected_.structure_tensor(center, kStride);
+    ASSERT_EQ(a.xx, b.xx);
+    ASSERT_EQ(a.xy, b.xy);
+    ASSERT_EQ(a.yy, b.yy);
+    EXPECT_GT(a.xx, 0);
+    const Moments m = kernels_.disc_moments(center, kStride);
+    const Moments n = expected_.disc_moments(center, kStride);
+    ASSERT_EQ(m.m10, n.m10);
+    ASSERT_EQ(m.m01, n.m01);
+    EXPECT_NE(m.m10, 0);
+  }
+}
+
 TEST_P(PixelKernelsTest, FindPeaks) {
   int64_t found = 0;
   for (int trial = 0; trial < 140; ++trial) {

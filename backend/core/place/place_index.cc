@@ -92,19 +92,17 @@ void PlaceIndex::Erase(KeyframeId id) {
   blocks_.erase(it);
 }
 
-// A feature of the query on its way through the index. Every step of the way (the buckets, their
-// entries, the descriptors of those that are told apart no further) lies elsewhere in a memory much
-// larger than the caches: a step asks for what the next one reads, and others are done meanwhile.
+// Every step of a feature's way through the index (the buckets, their entries, the descriptors of
+// those that are told apart no further) lies elsewhere in a memory much larger than the caches: a
+// step asks for what the next one reads, and another one is done meanwhile.
 struct PlaceIndex::Lookup {
   std::array<uint16_t, kTables> groups;
-  std::vector<Entry> alike;  // entries that share a group and resemble the feature in their sketch
 };
 
-// The newest feature of the query, and of the slot, that were put together: what agrees in several
-// groups is compared once.
-struct PlaceIndex::Pairing {
-  uint32_t query = 0xFFFFFFFF;
-  uint32_t feature = 0;
+// What the slots said to the features of the query so far.
+struct PlaceIndex::Answers {
+  std::vector<size_t> newest;   // by slot: 1 + the newest feature that it answered
+  std::vector<uint32_t> slots;  // that answered this feature
 };
 
 void PlaceIndex::FetchBuckets(const Descriptor& descriptor, Lookup& lookup) const {
@@ -121,74 +119,73 @@ void PlaceIndex::FetchEntries(const Lookup& lookup) const {
   }
 }
 
-void PlaceIndex::FetchDescriptors(uint32_t query, Lookup& lookup,
-                                  std::vector<Pairing>& pairings) const {
-  lookup.alike.clear();
-  for (int table = 0; table < kTables; ++table) {
-    const std::vector<Entry>& bucket = Bucket(table, lookup.groups[table]);
-    const uint16_t sketch = SketchFor(lookup.groups, table);
-    // One in ten resembles it, which no processor foretells: a branch would cost more than writing
-    // them all.
-    const size_t begin = lookup.alike.size();
-    lookup.alike.resize(begin + bucket.size());
-    size_t end = begin;
-    for (const Entry& entry : bucket) {
-      lookup.alike[end] = entry;
-      end += __builtin_popcount(entry.sketch ^ sketch) <= kMaxSketchDistance ? 1 : 0;
-    }
-    const size_t seen = end;
-    end = begin;
-    for (size_t i = begin; i < seen; ++i) {
-      const Entry entry = lookup.alike[i];
-      Pairing& pairing = pairings[entry.slot];
-      if (pairing.query == query && pairing.feature == entry.feature) continue;
-      pairing = {query, entry.feature};
-      lookup.alike[end++] = entry;
-      __builtin_prefetch(slots_[entry.slot].descriptors.data() + entry.feature);
-    }
-    lookup.alike.resize(end);
+void PlaceIndex::FetchDescriptors(const Lookup& lookup, int table, size_t query,
+                                  const Answers& answers, std::vector<Entry>& alike) const {
+  const std::vector<Entry>& bucket = Bucket(table, lookup.groups[table]);
+  const uint16_t sketch = SketchFor(lookup.groups, table);
+  // No processor foretells which ones pass: a branch would cost more than writing them all.
+  alike.resize(bucket.size());
+  size_t passed = 0;
+  for (const Entry& entry : bucket) {
+    alike[passed] = entry;
+    passed += __builtin_popcount(entry.sketch ^ sketch) <= kMaxSketchDistance ? 1 : 0;
   }
+  size_t kept = 0;
+  for (size_t i = 0; i < passed; ++i) {
+    const Entry entry = alike[i];
+    if (answers.newest[entry.slot] == query + 1) continue;
+    alike[kept++] = entry;
+    __builtin_prefetch(slots_[entry.slot].descriptors.data() + entry.feature);
+  }
+  alike.resize(kept);
+}
+
+void PlaceIndex::Compare(const Descriptor& descriptor, size_t query,
+                         const std::vector<Entry>& alike, Answers& answers) const {
+  for (const Entry& entry : alike) {
+    if (answers.newest[entry.slot] == query + 1) continue;
+    const Descriptor& other = slots_[entry.slot].descriptors[entry.feature];
+    if (HammingDistance(descriptor, other) > kMaxDistance) continue;
+    answers.newest[entry.slot] = query + 1;
+    answers.slots.push_back(entry.slot);
+  }
+}
+
+// Most slots answer in one of the first tables: what the others hold of them need not be compared.
+void PlaceIndex::Ask(const Descriptor& descriptor, size_t query, const Lookup& lookup,
+                     std::array<std::vector<Entry>, 2>& alike, Answers& answers) const {
+  answers.slots.clear();
+  for (int table = 0; table < kTables; ++table) {
+    FetchDescriptors(lookup, table, query, answers, alike[table % 2]);
+    if (table > 0) Compare(descriptor, query, alike[(table + 1) % 2], answers);
+  }
+  Compare(descriptor, query, alike[(kTables + 1) % 2], answers);
 }
 
 std::vector<PlaceScore> PlaceIndex::Query(const std::vector<Descriptor>& descriptors) const {
   struct Tally {
     double weight = 0;
     int matches = 0;
-    size_t answered = 0;  // 1 + newest feature of the query that it answered
   };
   std::vector<Tally> tally(slots_.size());
-  std::vector<uint32_t> answers;
+  Answers answers{std::vector<size_t>(slots_.size()), {}};
+  std::array<std::vector<Entry>, 2> alike;
   const double num_keyframes = static_cast<double>(blocks_.size());
   double total = 0;
-  const auto compare = [&](size_t i, const Lookup& lookup) {
-    answers.clear();
-    for (const Entry& entry : lookup.alike) {
-      Tally& t = tally[entry.slot];
-      if (t.answered == i + 1) continue;
-      const Descriptor& other = slots_[entry.slot].descriptors[entry.feature];
-      if (HammingDistance(descriptors[i], other) > kMaxDistance) continue;
-      t.answered = i + 1;
-      answers.push_back(entry.slot);
-    }
-    const double weight =
-        std::log((num_keyframes + 1) / static_cast<double>(std::max<size_t>(answers.size(), 1)));
+  std::array<Lookup, 3> lookups;  // of three features in a row, each one step behind the next
+  const size_t n = descriptors.size();
+  for (size_t i = 0; i < n + 2; ++i) {
+    if (i < n) FetchBuckets(descriptors[i], lookups[i % 3]);
+    if (i >= 1 && i - 1 < n) FetchEntries(lookups[(i - 1) % 3]);
+    if (i < 2) continue;
+    Ask(descriptors[i - 2], i - 2, lookups[(i - 2) % 3], alike, answers);
+    const auto num_answers = static_cast<double>(std::max<size_t>(answers.slots.size(), 1));
+    const double weight = std::log((num_keyframes + 1) / num_answers);
     total += weight;
-    for (const uint32_t slot : answers) {
+    for (const uint32_t slot : answers.slots) {
       tally[slot].weight += weight;
       ++tally[slot].matches;
     }
-  };
-
-  std::vector<Pairing> pairings(slots_.size());
-  std::array<Lookup, 4> lookups;  // of four features in a row, each one step behind the next
-  const size_t n = descriptors.size();
-  for (size_t i = 0; i < n + 3; ++i) {
-    if (i < n) FetchBuckets(descriptors[i], lookups[i % 4]);
-    if (i >= 1 && i - 1 < n) FetchEntries(lookups[(i - 1) % 4]);
-    if (i >= 2 && i - 2 < n) {
-      FetchDescriptors(static_cast<uint32_t>(i - 2), lookups[(i - 2) % 4], pairings);
-    }
-    if (i >= 3) compare(i - 3, lookups[(i - 3) % 4]);
   }
 
   std::vector<PlaceScore> out;

@@ -75,10 +75,17 @@ class PlaceIndex {
 
   // The steps of a query, see Query().
   struct Lookup;
-  struct Pairing;
+  struct Answers;
   void FetchBuckets(const Descriptor& descriptor, Lookup& lookup) const;
   void FetchEntries(const Lookup& lookup) const;
-  void FetchDescriptors(uint32_t query, Lookup& lookup, std::vector<Pairing>& pairings) const;
+  // alike: the entries of a table that share a group with the feature and resemble it in their
+  // sketch, but for the slots that have answered it.
+  void FetchDescriptors(const Lookup& lookup, int table, size_t query, const Answers& answers,
+                        std::vector<Entry>& alike) const;
+  void Compare(const Descriptor& descriptor, size_t query, const std::vector<Entry>& alike,
+               Answers& answers) const;
+  void Ask(const Descriptor& descriptor, size_t query, const Lookup& lookup,
+           std::array<std::vector<Entry>, 2>& alike, Answers& answers) const;
 
   std::map<KeyframeId, uint32_t> blocks_;  // slot of each keyframe
   std::vector<Block> slots_;

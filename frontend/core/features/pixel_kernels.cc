@@ -45,6 +45,7 @@ struct Sse {
   static bool IsZero(T a) { return _mm_testz_si128(a, a) != 0; }
   static uint32_t Signs(T a) { return static_cast<uint32_t>(_mm_movemask_epi8(a)); }
   static T Add16(T a, T b) { return _mm_add_epi16(a, b); }
+  static T Absolute16(T a) { return _mm_abs_epi16(a); }
   static T Subtract16(T a, T b) { return _mm_sub_epi16(a, b); }
   static int Sum32(T a) {
     a = _mm_add_epi32(a, _mm_shuffle_epi32(a, 0x4E));
@@ -142,6 +143,27 @@ struct Scalar {
     }
     return out;
   }
+  static void PatchDifferences(const uint8_t* left, ptrdiff_t left_stride, const uint8_t* right,
+                               ptrdiff_t right_stride, int* differences) {
+    constexpr int kSide = PixelKernels::kPatchSide;
+    for (int shift = 0; shift < PixelKernels::kShifts; ++shift) {
+      const auto difference = [&](int x, int y) {
+        return left[y * left_stride + x] - right[y * right_stride + x + shift];
+      };
+      int sum = 0;
+      for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) sum += difference(x, y);
+      }
+      const int mean = MeanDifference(sum);
+      differences[shift] = 0;
+      for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+          const int d = difference(x, y) - mean;
+          differences[shift] += d < 0 ? -d : d;
+        }
+      }
+    }
+  }
   static void ColumnSums(const uint8_t* above, const uint8_t* at, const uint8_t* below, int count,
                          uint16_t* sums) {
     for (int x = 0; x < count; ++x) {
@@ -170,9 +192,9 @@ struct Scalar {
       out[x] = static_cast<uint8_t>((upper[x] * a + lower[x] * b + 2048) >> 12);
     }
   }
-  static constexpr PixelKernels kKernels = {FastScores, FastScores5x5,  Peaks,
-                                            TensorOf,   DiscMoments,    ColumnSums,
-                                            SmoothRow,  InterpolateRow, BlendRows};
+  static constexpr PixelKernels kKernels = {FastScores,     FastScores5x5,    Peaks,      TensorOf,
+                                            DiscMoments,    PatchDifferences, ColumnSums, SmoothRow,
+                                            InterpolateRow, BlendRows};
 };
 
 }  // namespace

@@ -29,6 +29,8 @@ struct PixelKernels {
   // otherwise. The content there means nothing.
   static constexpr int kSlack = 32;
   static constexpr int kDiscRadius = 15;
+  static constexpr int kPatchSide = 11;
+  static constexpr int kShifts = 11;
 
   // FAST-9 scores (FastScore in orb_detector.h) of `count` pixels of a row, zero where not above
   // the threshold. Reads 3 px around them. `scores`: kSlack elements more than `count`.
@@ -47,6 +49,12 @@ struct PixelKernels {
   // Of the disc of radius kDiscRadius about the centre. Reads that many px around it, and one more
   // to the right.
   Moments (*disc_moments)(const uint8_t* center, ptrdiff_t stride);
+  // Sums of absolute differences of a patch of kPatchSide x kPatchSide pixels and kShifts patches
+  // of another image, each one pixel to the right of the one before; of each pair the mean
+  // difference is taken out (the eyes' exposures need not agree). `left`, `right`: top left pixels.
+  // Reads 5 px to the right of the patches as well.
+  void (*patch_differences)(const uint8_t* left, ptrdiff_t left_stride, const uint8_t* right,
+                            ptrdiff_t right_stride, int* differences);
   // above + 2 at + below, for each of `count` columns. Reads no pixel beyond these.
   void (*column_sums)(const uint8_t* above, const uint8_t* at, const uint8_t* below, int count,
                       uint16_t* sums);

@@ -48,6 +48,7 @@ struct Avx2 {
   static bool IsZero(T a) { return _mm256_testz_si256(a, a) != 0; }
   static uint32_t Signs(T a) { return static_cast<uint32_t>(_mm256_movemask_epi8(a)); }
   static T Add16(T a, T b) { return _mm256_add_epi16(a, b); }
+  static T Absolute16(T a) { return _mm256_abs_epi16(a); }
   static T Subtract16(T a, T b) { return _mm256_sub_epi16(a, b); }
   static int Sum32(T a) {
     __m128i half = _mm_add_epi32(_mm256_castsi256_si128(a), _mm256_extracti128_si256(a, 1));

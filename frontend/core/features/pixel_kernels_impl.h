@@ -43,6 +43,12 @@ struct Disc {
 };
 constexpr Disc kDisc;
 
+// Of the pixels of two patches, from the difference of their sums.
+int MeanDifference(int sum) {
+  constexpr int kPixels = PixelKernels::kPatchSide * PixelKernels::kPatchSide;
+  return static_cast<int>(__builtin_lroundf(static_cast<float>(sum) / kPixels));
+}
+
 // V is a kind of vector of bytes: V::T, V::kBytes, and the operations used below.
 template <typename V>
 struct VectorKernels {
@@ -211,6 +217,43 @@ struct VectorKernels {
     return {V::Sum32(m10), V::Sum32(m01)};
   }
 
+  static void PatchDifferences(const uint8_t* left, ptrdiff_t left_stride, const uint8_t* right,
+                               ptrdiff_t right_stride, int* differences) {
+    constexpr int kSide = PixelKernels::kPatchSide;
+    constexpr int kLanes = V::kBytes / 2;
+    constexpr int kParts = 16 / kLanes;  // vectors of a row
+    static constexpr int16_t kInside[16] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+    T patch[kSide][kParts];
+    int left_sum = 0;
+    int right_sum = 0;
+    for (int y = 0; y < kSide; ++y) {
+      for (int k = 0; k < kParts; ++k) {
+        patch[y][k] = V::LoadWiden(left + y * left_stride + k * kLanes);
+      }
+      for (int x = 0; x < kSide; ++x) {
+        left_sum += left[y * left_stride + x];
+        right_sum += right[y * right_stride + x];
+      }
+    }
+    for (int shift = 0; shift < PixelKernels::kShifts; ++shift) {
+      const T mean = V::All16(MeanDifference(left_sum - right_sum));
+      T total = V::Zero();  // no lane exceeds 2 * 11 * 510
+      for (int k = 0; k < kParts; ++k) {
+        const T inside = V::Load(kInside + k * kLanes);
+        for (int y = 0; y < kSide; ++y) {
+          const T other = V::LoadWiden(right + y * right_stride + shift + k * kLanes);
+          const T difference = V::Subtract16(V::Subtract16(patch[y][k], other), mean);
+          total = V::Add16(total, V::And(V::Absolute16(difference), inside));
+        }
+      }
+      differences[shift] = V::Sum32(V::MultiplyPairs16(total, V::All16(1)));
+      for (int y = 0; y < kSide; ++y) {
+        const uint8_t* row = right + y * right_stride + shift;
+        right_sum += row[kSide] - row[0];
+      }
+    }
+  }
+
   static void ColumnSums(const uint8_t* above, const uint8_t* at, const uint8_t* below, int count,
                          uint16_t* sums) {
     constexpr int kStep = V::kBytes / 2;
@@ -276,9 +319,9 @@ struct VectorKernels {
     }
   }
 
-  static constexpr PixelKernels kKernels = {FastScores, FastScores5x5,  Peaks,
-                                            TensorOf,   DiscMoments,    ColumnSums,
-                                            SmoothRow,  InterpolateRow, BlendRows};
+  static constexpr PixelKernels kKernels = {FastScores,     FastScores5x5,    Peaks,      TensorOf,
+                                            DiscMoments,    PatchDifferences, ColumnSums, SmoothRow,
+                                            InterpolateRow, BlendRows};
 };
 
 }  // namespace

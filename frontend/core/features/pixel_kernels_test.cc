@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -105,6 +106,23 @@ TEST_P(PixelKernelsTest, SumGradientsAndMoments) {
     ASSERT_EQ(m.m10, n.m10);
     ASSERT_EQ(m.m01, n.m01);
     EXPECT_NE(m.m10, 0);
+  }
+}
+
+TEST_P(PixelKernelsTest, CompareShiftedPatches) {
+  constexpr int kSide = PixelKernels::kPatchSide;
+  constexpr int kShifts = PixelKernels::kShifts;
+  constexpr int kLeft = kSide + 5;
+  constexpr int kRight = kSide + kShifts + 5;
+  for (int trial = 0; trial < 200; ++trial) {
+    const std::vector<uint8_t> left = Pixels(kSide * kLeft);
+    const std::vector<uint8_t> right = Pixels(kSide * kRight);
+    std::array<int, kShifts> a;
+    std::array<int, kShifts> b;
+    kernels_.patch_differences(left.data(), kLeft, right.data(), kRight, a.data());
+    expected_.patch_differences(left.data(), kLeft, right.data(), kRight, b.data());
+    ASSERT_EQ(a, b);
+    EXPECT_GT(b[0], 0);
   }
 }
 

@@ -167,19 +167,18 @@ class PlaceIndex::Question {
   // and asks memory for their descriptors.
   template <typename EntryOf>
   void Gather(size_t begin, size_t end, const EntryOf& entry_of, const std::vector<Block>& slots) {
-    if (alike_.size() < size_ + end - begin) alike_.resize(size_ + end - begin);
+    if (alike_.size() < size_ + end - begin + 1) alike_.resize(size_ + end - begin + 1);
     // No processor foretells which ones pass: a branch would cost more than writing them all.
-    size_t passed = size_;
+    const size_t first = size_;
     for (size_t i = begin; i < end; ++i) {
       const Entry& entry = entry_of(i);
-      alike_[passed] = entry;
-      passed += __builtin_popcount(entry.sketch ^ sketch_) <= kMaxSketchDistance ? 1 : 0;
+      alike_[size_] = entry;
+      const bool resembles = __builtin_popcount(entry.sketch ^ sketch_) <= kMaxSketchDistance;
+      size_ +=
+          static_cast<size_t>(resembles) & static_cast<size_t>(!Answers::Has(answers_, entry.slot));
     }
-    for (size_t i = size_; i < passed; ++i) {
-      const Entry entry = alike_[i];
-      if (Answers::Has(answers_, entry.slot)) continue;
-      alike_[size_++] = entry;
-      __builtin_prefetch(slots[entry.slot].descriptors.data() + entry.feature);
+    for (size_t i = first; i < size_; ++i) {
+      __builtin_prefetch(slots[alike_[i].slot].descriptors.data() + alike_[i].feature);
     }
   }
   // Most slots answer in one of the first tables: what the others hold of them is not compared.

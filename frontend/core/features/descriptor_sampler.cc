@@ -30,7 +30,8 @@ DescriptorSampler::DescriptorSampler(const OrbPattern& pattern, int stride) : st
       const int dx = static_cast<int>(std::lround(c * px - s * py));
       const int dy = static_cast<int>(std::lround(s * px + c * py));
       GW_CHECK(std::abs(dx) <= kRadius && std::abs(dy) <= kRadius);
-      return static_cast<uint64_t>((dy + kRadius) * stride + dx + kRadius);
+      const int from_corner = (dy + kRadius) * stride + dx + kRadius;
+      return static_cast<uint64_t>(from_corner);
     };
     // Words of 64 tests, the last test of each first: then a bit is added by doubling the word.
     for (size_t word = 0; word < pattern.size(); word += 64) {

@@ -14,7 +14,7 @@ namespace gw::frontend {
 namespace {  // NOLINT(google-build-namespaces): see above
 
 // Circle pixel i lies offsets[i] behind the centre.
-void CircleOffsets(ptrdiff_t stride, ptrdiff_t (&offsets)[16]) {
+[[maybe_unused]] void CircleOffsets(ptrdiff_t stride, ptrdiff_t (&offsets)[16]) {
   for (int i = 0; i < 16; ++i) offsets[i] = kFastCircle[i].y * stride + kFastCircle[i].x;
 }
 
@@ -44,7 +44,7 @@ struct Disc {
 constexpr Disc kDisc;
 
 // Of the pixels of two patches, from the difference of their sums.
-int MeanDifference(int sum) {
+[[maybe_unused]] int MeanDifference(int sum) {
   constexpr int kPixels = PixelKernels::kPatchSide * PixelKernels::kPatchSide;
   return static_cast<int>(__builtin_lroundf(static_cast<float>(sum) / kPixels));
 }

@@ -55,7 +55,7 @@ TEST_P(PixelKernelsTest, ScoreCorners) {
   for (int trial = 0; trial < 140; ++trial) {
     const int count = CountOf(trial);
     const int stride = count + 6 + kSlack;
-    const std::vector<uint8_t> image = Pixels(static_cast<size_t>(7 * stride));
+    const std::vector<uint8_t> image = Pixels(7 * static_cast<size_t>(stride));
     const uint8_t* first = image.data() + 3 * stride + 3;
     const int threshold = static_cast<int>(rng_.Below(40));
     std::vector<uint8_t> a(static_cast<size_t>(count + kSlack));
@@ -175,7 +175,7 @@ TEST_P(PixelKernelsTest, InterpolateAndBlendRows) {
   for (int trial = 0; trial < 140; ++trial) {
     const int num_blocks = 2 * (1 + static_cast<int>(rng_.Below(20)));
     const int count = 8 * num_blocks;
-    const std::vector<uint8_t> input = Pixels(static_cast<size_t>(2 * count + kSlack));
+    const std::vector<uint8_t> input = Pixels(2 * static_cast<size_t>(count) + kSlack);
     std::vector<ResizeBlock> blocks;
     for (int i = 0; i < num_blocks; ++i) {
       ResizeBlock block{16 * i, {}, {}};
@@ -189,7 +189,7 @@ TEST_P(PixelKernelsTest, InterpolateAndBlendRows) {
     }
     std::vector<int16_t> rows[2];
     for (std::vector<int16_t>& row : rows) {
-      row.resize(static_cast<size_t>(count + kSlack));
+      row.resize(static_cast<size_t>(count) + kSlack);
       std::vector<int16_t> b = row;
       kernels_.interpolate_row(input.data(), blocks.data(), num_blocks, row.data());
       expected_.interpolate_row(input.data(), blocks.data(), num_blocks, b.data());

@@ -48,6 +48,7 @@ RobotConfig MakeRobotConfig(const Scenario& s) {
   camera.depth_min_m = s.depth.min_m;
   camera.depth_max_m = 6.0;
   camera.depth_baseline_m = s.depth.baseline_m;
+  camera.disparity_sigma_px = s.depth.disparity_sigma_px;
   const Eigen::Quaterniond up(Eigen::AngleAxisd(-s.camera_up_rad, Eigen::Vector3d::UnitY()));
   const Eigen::Quaterniond q_BC = up * Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5);
   camera.T_BC = SE3(q_BC, s.camera_position);

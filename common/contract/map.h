@@ -26,12 +26,14 @@ inline int HammingDistance(const Descriptor& a, const Descriptor& b) {
 // One feature of an image, in the rectified (undistorted) image.
 struct Feature {
   float u = 0, v = 0;  // px
-  float u_right = -1;  // px in the (virtual) right image, u - bf / depth; only with depth, may be <
-                       // 0 at the border
-  float depth = -1;    // m along z; negative = none
+  float u_right = -1;  // px in the (virtual) right image, u - bf / distance; with depth it may be
+                       // < 0 at the border
+  float depth = -1;    // m along z, within the camera's range; negative = none
   float angle = 0;     // rad, orientation of the patch
   uint8_t level = 0;   // pyramid level; its pixel sigma is scale_factor^level
   bool has_depth() const { return depth > 0; }
+  // Also beyond the range in which a depth is good enough to place a landmark.
+  bool has_disparity() const { return has_depth() || u_right >= 0; }
 };
 
 struct Keyframe {

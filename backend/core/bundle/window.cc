@@ -88,8 +88,12 @@ void AddObservations(const Map& map, const MappingContext& context,
       const auto& features = map.FindKeyframe(observation.keyframe)->frame.features;
       const size_t feature = static_cast<size_t>(observation.feature_index);
       if (feature >= features.size()) continue;
-      job.observations.push_back({keyframe->second, static_cast<int32_t>(job.landmarks.size()),
-                                  PixelOf(features[feature], context.camera, context.pyramid)});
+      const SE3& T_WC = job.keyframes[static_cast<size_t>(keyframe->second)].T_WC;
+      const double z =
+          T_WC.rotation().toRotationMatrix().col(2).dot(landmark.p_W - T_WC.translation());
+      job.observations.push_back(
+          {keyframe->second, static_cast<int32_t>(job.landmarks.size()),
+           ObservationOf(features[feature], context.camera, context.pyramid, z)});
     }
     if (job.observations.size() - first < 2) {
       job.observations.resize(first);

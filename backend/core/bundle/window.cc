@@ -89,7 +89,7 @@ void AddObservations(const Map& map, const MappingContext& context,
       const size_t feature = static_cast<size_t>(observation.feature_index);
       if (feature >= features.size()) continue;
       job.observations.push_back({keyframe->second, static_cast<int32_t>(job.landmarks.size()),
-                                  PixelOf(features[feature], context.pyramid)});
+                                  PixelOf(features[feature], context.camera, context.pyramid)});
     }
     if (job.observations.size() - first < 2) {
       job.observations.resize(first);

@@ -165,8 +165,11 @@ void LocalMap::CollectAround(const std::vector<LandmarkId>& tracked, KeyframeId 
 void LocalMap::AppendLandmarksOf(KeyframeId id, std::vector<const MapPoint*>* points) {
   // Forget landmarks that are gone while we walk over them.
   std::vector<Seen>& landmarks = keyframes_[id].landmarks;
+  constexpr size_t kAhead = 8;  // points lie anywhere in memory: ask for them in time
   size_t kept = 0;
-  for (const Seen seen : landmarks) {
+  for (size_t i = 0; i < landmarks.size(); ++i) {
+    if (i + kAhead < landmarks.size()) __builtin_prefetch(landmarks[i + kAhead].point);
+    const Seen seen = landmarks[i];
     MapPoint* const point = Find(seen);
     if (point == nullptr) continue;
     landmarks[kept++] = {seen.id, point};

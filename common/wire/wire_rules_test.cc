@@ -133,6 +133,7 @@ TEST(WireRules, TimesIdsAndSequencesCannotOverflowArithmetic) {
   EXPECT_REFUSED(Keyframe, keyframe_t, "keyframe_id", m.keyframe_id = 0);
   EXPECT_REFUSED(Keyframe, keyframe_t, "keyframe_id", m.keyframe_id = kMax);
   EXPECT_REFUSED(Keyframe, keyframe_t, "previous_keyframe_id", m.previous_keyframe_id = -1);
+  EXPECT_REFUSED(Keyframe, keyframe_t, "piece_keyframe_id", m.piece_keyframe_id = -1);
   EXPECT_REFUSED(Keyframe, keyframe_t, "features.landmark_id", m.features[0].landmark_id = kMax);
   EXPECT_REFUSED(MapUpdate, map_update_t, "landmarks.landmark_id", m.landmarks[0].landmark_id = 0);
   EXPECT_REFUSED(Pose, pose_t, "frame_pose_age_us", m.frame_pose_age_us = kMax);

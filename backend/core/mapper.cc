@@ -108,7 +108,10 @@ void Mapper::TakeObservations(const Keyframe& keyframe) {
       ++counters_.landmarks_created;
     } else {
       id = map_.Resolve(named);
-      if (id.valid() && !LiesIn(map_, id, map_.PieceOf(keyframe.id))) id = {};
+      if (id.valid() && !LiesIn(map_, id, map_.PieceOf(keyframe.id))) {
+        ++counters_.observations_unknown;
+        continue;
+      }
       if (!id.valid()) {
         ++counters_.observations_unknown;
         map_.RemoveLandmark(named);  // whoever still has it learns that it is gone

@@ -50,15 +50,15 @@ Result<MergedMap> MergeMaps(const Map& a, const Map& b, const BackendConfig& con
   if (!mapper) return mapper.error();
   const std::vector<KeyframeId> of_b = KeyframesAfter(mapper->map(), a.newest_keyframe());
   for (const KeyframeId id : of_b) mapper->JoinPiecesAt(id);
-  if (CountJoined(mapper->map(), a.newest_keyframe()) == 0) {
+  MergedMap out;
+  out.keyframes_joined = CountJoined(mapper->map(), a.newest_keyframe());
+  if (out.keyframes_joined == 0) {
     return Error{ErrorCode::kNotFound,
                  "the maps show no place in common that several keyframes agree on"};
   }
-  MergedMap out;
   out.loops = CloseLoops(of_b, &*mapper);
   if (const auto job = mapper->BuildGlobalJob()) mapper->ApplyGlobal(SolveLocalBa(*job));
   out.map = mapper->map();
-  out.keyframes_joined = CountJoined(out.map, a.newest_keyframe());
   return out;
 }
 

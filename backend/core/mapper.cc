@@ -167,8 +167,11 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   counters_.observations_found += fused.observations;
 
   RememberMove(map_.revision() + 1, keyframe.id, keyframe.T_WC);
-  const auto join = JoinPieces(keyframe.id);
-  out.update = join ? CommitJoin(*join) : Commit();
+  std::optional<PieceJoin> join;
+  if (map_.Pieces().size() > 1) {
+    join = joiner_.Consider(map_, context_, loops_.places(), keyframe.id);
+  }
+  out.update = join ? Join(*join) : Commit();
   ++counters_.keyframes_inserted;
   ++inserted_since_global_;
   out.status = InsertResult::Status::kInserted;
@@ -269,23 +272,20 @@ void Mapper::TakeOver(const LocalBaResult& result) {
 
 // Moves one piece into the frame of the other, and fuses what both mapped where they meet. To be
 // committed by CommitJoin.
-std::optional<LoopEvent> Mapper::JoinPieces(KeyframeId keyframe) {
-  if (map_.Pieces().size() < 2) return std::nullopt;
-  const auto join = joiner_.Consider(map_, context_, loops_.places(), keyframe);
-  if (!join) return std::nullopt;
+LoopEvent Mapper::TakeOver(const PieceJoin& join) {
   for (const auto& [id, in_map] : map_.keyframes()) {
-    if (in_map.frame.piece == join->from) RememberMove(map_.revision() + 1, id, in_map.frame.T_WC);
+    if (in_map.frame.piece == join.from) RememberMove(map_.revision() + 1, id, in_map.frame.T_WC);
   }
-  map_.JoinPiece(join->from, join->into, join->T_IntoFrom);
-  for (const PieceSight& sight : join->sights) {
+  map_.JoinPiece(join.from, join.into, join.T_IntoFrom);
+  for (const PieceSight& sight : join.sights) {
     std::vector<std::pair<int32_t, LandmarkId>> matches;
     for (const auto& match : sight.matches) matches.emplace_back(match.feature, match.landmark);
     FuseMatches(map_, context_, sight.keyframe, matches);
     FuseGroups(map_, context_, PlaceGroup(map_, sight.keyframe), PlaceGroup(map_, sight.place));
   }
   ++counters_.pieces_joined;
-  const PieceSight& newest = join->sights.back();
-  return LoopEvent{newest.keyframe, newest.place, true, join->T_IntoFrom};
+  const PieceSight& newest = join.sights.back();
+  return {newest.keyframe, newest.place, true, join.T_IntoFrom};
 }
 
 MapUpdate Mapper::CommitJoin(const LoopEvent& event) {
@@ -295,12 +295,6 @@ MapUpdate Mapper::CommitJoin(const LoopEvent& event) {
   joined_ = true;
   newest_at_join_ = map_.newest_keyframe();
   return update;
-}
-
-std::optional<MapUpdate> Mapper::JoinPiecesAt(KeyframeId keyframe) {
-  const auto join = JoinPieces(keyframe);
-  if (!join) return std::nullopt;
-  return CommitJoin(*join);
 }
 
 std::optional<LoopGraphJob> Mapper::CloseLoopAt(KeyframeId keyframe) {

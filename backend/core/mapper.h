@@ -87,9 +87,12 @@ class Mapper {
   // The same for another keyframe, to an older one: in maps that were put together.
   std::optional<LoopGraphJob> CloseLoopAt(KeyframeId keyframe);
   // Pieces of the map (docs/adr/0047-pieces-of-a-map.md) are joined when a new keyframe shows, with
-  // those before it, how they lie to each other: Insert() asks, and its update tells. This asks of
-  // another keyframe; empty: nothing was joined.
-  std::optional<MapUpdate> JoinPiecesAt(KeyframeId keyframe);
+  // those before it, how they lie to each other: Insert() asks, and its update tells. In maps that
+  // were put together it can be asked of other keyframes, and be told.
+  std::optional<PieceSight> SeeElsewhere(KeyframeId keyframe) const {
+    return backend::SeeElsewhere(map_, context_, loops_.places(), keyframe);
+  }
+  MapUpdate Join(const PieceJoin& join) { return CommitJoin(TakeOver(join)); }
   // Empty when the graph was not solved, or showed the loop to be wrong and changed nothing else.
   std::optional<MapUpdate> Apply(const LoopGraphResult& result);
 
@@ -119,7 +122,7 @@ class Mapper {
   Mapper(const MappingContext& context, Map map, MapUse use);
 
   SE3 CarriedPose(const Keyframe& keyframe) const;
-  std::optional<LoopEvent> JoinPieces(KeyframeId keyframe);
+  LoopEvent TakeOver(const PieceJoin& join);
   MapUpdate CommitJoin(const LoopEvent& event);
   void TakeObservations(const Keyframe& keyframe);
   void CarryAlong(const LocalBaResult& result);

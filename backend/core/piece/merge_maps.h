@@ -10,15 +10,17 @@
 namespace gw::backend {
 
 struct MergedMap {
-  Map map;  // in the frame of the first; ids of the second as PutTogether() makes them
-  int keyframes_joined = 0;  // of the second map; what could not be joined stays a piece
-  int loops = 0;             // closed besides, where the second map shows the first
+  Map map;        // in the frame of the first; ids of the second as PutTogether() makes them
+  int views = 0;  // of the second map that agree in where it lies in the first
+  int loops = 0;  // closed besides, where the second map shows the first
 };
 
-// Locates the keyframes of `b` in `a` until several agree (PieceJoiner), joins the maps there,
-// closes loops along the way of `b` as if it were driven again, and optimises the whole.
-// Precondition: both are whole (CheckMap), and were made with this camera and pyramid.
-// Errors: kNotFound, the maps show no place in common that several keyframes agree on; kBadConfig.
+// Locates the keyframes of `b` in `a`, joins the maps where several agree, closes loops along the
+// way of `b` as if it were driven again, and optimises the whole. Pieces of the maps that are not
+// joined stay pieces. Precondition: both are whole (CheckMap), and were made with this camera and
+// pyramid. Errors: kBadConfig; kNotFound, and the text says which: no place in common that several
+// keyframes agree on; places that look alike in two ways; views in a row that do not show what they
+// should.
 Result<MergedMap> MergeMaps(const Map& a, const Map& b, const BackendConfig& config,
                             const FrontendConfig& frontend, const RectifiedCamera& camera);
 

@@ -43,40 +43,50 @@ bool Agree(const Claim& a, const Claim& b) {
 
 }  // namespace
 
+std::optional<PieceSight> SeeElsewhere(const Map& map, const MappingContext& context,
+                                       const PlaceIndex& places, KeyframeId keyframe) {
+  const MapKeyframe& image = *map.FindKeyframe(keyframe);
+  const auto located =
+      LocateImage(map, context, places, image, static_cast<uint64_t>(keyframe.value),
+                  [&](KeyframeId id) { return map.PieceOf(id) != image.frame.piece; });
+  if (!located) return std::nullopt;
+  const SE3 T_WPlace = map.FindKeyframe(located->place)->frame.T_WC;
+  return PieceSight{keyframe, located->place, T_WPlace.inverse() * located->fit.T_WC,
+                    located->fit.matches};
+}
+
+PieceJoin Agreeing(const Map& map, const PieceSight& sight, const std::deque<PieceSight>& sights,
+                   size_t* contradicting) {
+  const Claim claimed = ClaimOf(map, sight);
+  PieceJoin join{claimed.into, claimed.from, claimed.T_IntoFrom, {}};
+  size_t others = 0;
+  for (const PieceSight& other : sights) {
+    const Claim claim = ClaimOf(map, other);
+    if (!SamePieces(claim, claimed)) continue;
+    if (Agree(claim, claimed)) {
+      join.sights.push_back(other);
+    } else {
+      ++others;
+    }
+  }
+  if (contradicting != nullptr) *contradicting = others;
+  return join;
+}
+
 std::optional<PieceJoin> PieceJoiner::Consider(const Map& map, const MappingContext& context,
                                                const PlaceIndex& places, KeyframeId keyframe) {
-  const KeyframeId piece = map.PieceOf(keyframe);
   std::erase_if(sights_, [&](const PieceSight& sight) {
     return map.FindKeyframe(sight.keyframe) == nullptr ||
            map.FindKeyframe(sight.place) == nullptr ||
            map.PieceOf(sight.keyframe) == map.PieceOf(sight.place);
   });
-  const MapKeyframe& image = *map.FindKeyframe(keyframe);
-  const auto located =
-      LocateImage(map, context, places, image, static_cast<uint64_t>(keyframe.value),
-                  [&](KeyframeId id) { return map.PieceOf(id) != piece; });
-  if (!located) return std::nullopt;
-  const SE3 T_PlaceKeyframe =
-      map.FindKeyframe(located->place)->frame.T_WC.inverse() * located->fit.T_WC;
-  sights_.push_back({keyframe, located->place, T_PlaceKeyframe, located->fit.matches});
+  auto sight = SeeElsewhere(map, context, places, keyframe);
+  if (!sight) return std::nullopt;
+  sights_.push_back(*std::move(sight));
   if (sights_.size() > kMemory) sights_.pop_front();
-  return Conclude(map);
-}
-
-std::optional<PieceJoin> PieceJoiner::Conclude(const Map& map) const {
-  const Claim newest = ClaimOf(map, sights_.back());
-  PieceJoin join{newest.into, newest.from, newest.T_IntoFrom, {}};
   size_t contradicting = 0;
-  for (const PieceSight& sight : sights_) {
-    const Claim claim = ClaimOf(map, sight);
-    if (!SamePieces(claim, newest)) continue;
-    if (Agree(claim, newest)) {
-      join.sights.push_back(sight);
-    } else {
-      ++contradicting;
-    }
-  }
-  if (join.sights.size() < kAgreeing + contradicting) return std::nullopt;
+  PieceJoin join = Agreeing(map, sights_.back(), sights_, &contradicting);
+  if (join.sights.size() < kAgreeingSights + contradicting) return std::nullopt;
   return join;
 }
 

@@ -32,19 +32,30 @@ struct PieceJoin {
   std::vector<PieceSight> sights;  // that agree in it, newest last
 };
 
+// Is the keyframe located in another piece?
+std::optional<PieceSight> SeeElsewhere(const Map& map, const MappingContext& context,
+                                       const PlaceIndex& places, KeyframeId keyframe);
+
+// Sights that say how two pieces lie to each other have to be so many; each that says otherwise
+// asks for one more.
+inline constexpr size_t kAgreeingSights = 3;
+
+// What `sight` says of its two pieces, with those of `sights` that agree.
+// contradicting: how many say otherwise of the same two; may be null.
+PieceJoin Agreeing(const Map& map, const PieceSight& sight, const std::deque<PieceSight>& sights,
+                   size_t* contradicting = nullptr);
+
+// Live: asks of every new keyframe.
 class PieceJoiner {
  public:
-  static constexpr size_t kAgreeing = 3;  // sights; each that contradicts them asks for one more
-  static constexpr size_t kMemory = 12;   // newest sights
+  static constexpr size_t kMemory = 12;  // newest sights
 
-  // Is `keyframe`, which is newer than those asked about before, located in another piece? With
-  // those before it, it may tell how the two pieces lie to each other.
+  // `keyframe` is newer than those asked about before. With those, it may tell how two pieces lie
+  // to each other.
   std::optional<PieceJoin> Consider(const Map& map, const MappingContext& context,
                                     const PlaceIndex& places, KeyframeId keyframe);
 
  private:
-  std::optional<PieceJoin> Conclude(const Map& map) const;
-
   std::deque<PieceSight> sights_;
 };
 

@@ -137,8 +137,9 @@ Result<EditedMap> MergeSavedMaps(const SavedMap& a, const SavedMap& b) {
   AppendGrids(b, ids_by, &out);
   DropLooseGrids(&out);
   out.notes.push_back(
-      Format("%d of %zu keyframes of the second map joined, %d loops closed besides",
-             merged->keyframes_joined, b.map.map.keyframes().size(), merged->loops));
+      Format("joined: %d views of the second map agree in where it lies in the "
+             "first; %d loops closed besides",
+             merged->views, merged->loops));
   return out;
 }
 

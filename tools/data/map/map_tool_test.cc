@@ -263,24 +263,40 @@ TEST_F(MapToolTest, CropKeepsWhatLiesInside) {
   }
 }
 
+// A part of a lap through a furnished room, on disk.
+void SaveDrive(const std::string& directory, uint64_t seed) {
+  backend::World world({.seed = seed, .keyframes_per_lap = 40});
+  backend::LoadedMap drive;
+  backend::Mapper mapper = *backend::Mapper::Create({}, {}, backend::TestCamera());
+  for (int k = 0; k < 12; ++k) mapper.Insert(world.Make(k, mapper.map()));
+  drive.map = mapper.map();
+  drive.sessions = {backend::MakeSession({1'000'000}, backend::TestCamera(), OrbConfig())};
+  ASSERT_TRUE(backend::SaveMap(directory, drive).ok());
+}
+
 TEST_F(MapToolTest, MapsAreMergedOrTheReasonIsTold) {
-  const std::string merge = "merge " + Path("map") + " ";
-  EXPECT_EQ(Run(merge + Path("nowhere") + " --out " + Path("both")), kExitFailed);
+  ASSERT_NO_FATAL_FAILURE(SaveDrive(Path("a"), 1));
+  ASSERT_NO_FATAL_FAILURE(SaveDrive(Path("other"), 2));
+  const std::string merge = "merge " + Path("a") + " ";
+  EXPECT_EQ(Run(merge + Path("nowhere") + " --out " + Path("x")), kExitFailed);
   EXPECT_THAT(output(), HasSubstr("holds no map"));
   // The same drive twice: certainly the same place.
-  ASSERT_EQ(Run(merge + Path("map") + " --out " + Path("both")), kExitOk) << output();
-  EXPECT_THAT(output(), HasSubstr("9 of 9 keyframes of the second map joined"));
+  ASSERT_EQ(Run(merge + Path("a") + " --out " + Path("both")), kExitOk) << output();
+  EXPECT_THAT(output(), HasSubstr("views of the second map agree"));
   EXPECT_EQ(Run("check " + Path("both")), kExitOk) << output();
   const auto both = backend::LoadMap(Path("both"));
-  ASSERT_EQ(both->sessions.size(), 4u);
-  EXPECT_EQ(both->sessions[2].first_keyframe, KeyframeId{10});
-  const auto one = backend::LoadMap(Path("map"));
+  ASSERT_EQ(both->sessions.size(), 2u);
+  EXPECT_EQ(both->sessions[1].first_keyframe, KeyframeId{13});
+  const auto one = backend::LoadMap(Path("a"));
   EXPECT_LT(both->map.num_landmarks(), one->map.num_landmarks() * 3 / 2);
 
-  backend::LoadedMap other = *one;
-  other.sessions.back().source.fx += 1;
-  ASSERT_TRUE(backend::SaveMap(Path("other"), other).ok());
-  EXPECT_EQ(Run(merge + Path("other") + " --out " + Path("x")), kExitBadConfig);
+  EXPECT_EQ(Run(merge + Path("other") + " --out " + Path("x")), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("no place in common"));
+  EXPECT_FALSE(fs::exists(Path("x")));
+  backend::LoadedMap another_camera = *one;
+  another_camera.sessions.back().source.fx += 1;
+  ASSERT_TRUE(backend::SaveMap(Path("camera"), another_camera).ok());
+  EXPECT_EQ(Run(merge + Path("camera") + " --out " + Path("x")), kExitBadConfig);
   EXPECT_THAT(output(), HasSubstr("different cameras: fx"));
 }
 

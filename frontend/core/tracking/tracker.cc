@@ -67,6 +67,7 @@ class Tracker::Impl {
         cleaner_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         view_(camera_),
         place_(Departs(Departure::kRecovery)),
+        piece_start_(camera_),
         chain_(config) {}
 
   TrackerOutput Push(const CameraFrame& frame);
@@ -467,7 +468,7 @@ void Tracker::Impl::BeginPiece(ImageOutcome* outcome) {
   refuted_.reset();
   recovery_.Reset();
   place_ = PlaceConfirmation(Departs(Departure::kRecovery));
-  piece_start_ = PieceStart();
+  piece_start_ = PieceStart(camera_);
 }
 
 // An image may become a keyframe when it is known where it was taken, by vision or dead reckoning.
@@ -775,7 +776,8 @@ void Tracker::Impl::ConsiderPlace(const Image& image, TrackerOutput* out, ImageO
   const bool in_piece = map_.piece().valid();
   claims_place_ = sure && !in_piece;
   const bool lost = !sure && evidence.map_there;
-  if (piece_start_.Observe(image.utime, !lost, evidence.T_OC) && CanBeginPiece(*image.frame)) {
+  if (piece_start_.Observe(image.utime, !lost, *image.frame, evidence.T_OC) &&
+      CanBeginPiece(*image.frame)) {
     BeginPiece(outcome);
   }
   if (claims_place_ || !evidence.map_there) return;

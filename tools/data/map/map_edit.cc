@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "backend/core/map/map_check.h"
+#include "backend/core/merge_maps.h"
 #include "backend/core/piece/map_edit.h"
-#include "backend/core/piece/merge_maps.h"
 #include "tools/data/files/format.h"
 #include "tools/data/map/map_export.h"
 

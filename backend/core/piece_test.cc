@@ -1,11 +1,10 @@
 // Pieces of a map that show the same place are joined, live and when two maps are merged.
-#include "backend/core/piece/piece_join.h"
-
 #include <gtest/gtest.h>
 
 #include "backend/core/map/map_check.h"
 #include "backend/core/mapper.h"
-#include "backend/core/piece/merge_maps.h"
+#include "backend/core/merge_maps.h"
+#include "backend/core/piece/piece_join.h"
 #include "backend/test/world.h"
 
 namespace gw::backend {

@@ -1,4 +1,4 @@
-#include "backend/core/piece/merge_maps.h"
+#include "backend/core/merge_maps.h"
 
 #include <algorithm>
 #include <deque>

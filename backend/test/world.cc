@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace gw::backend {
 namespace {
@@ -125,8 +124,8 @@ Keyframe World::Make(int k, const Map& map, bool blind) {
     f.u = static_cast<float>(uv.x() + sigma * rng.Normal());
     f.v = static_cast<float>(uv.y() + sigma * rng.Normal());
     f.level = static_cast<uint8_t>(level);
-    f.u_right = static_cast<float>(uv.x() - camera.bf() / p_C.z() + sigma * rng.Normal());
-    const double disparity = f.u - f.u_right;
+    const double disparity = camera.bf() / p_C.z() + sigma * rng.Normal();
+    f.u_right = static_cast<float>(f.u - disparity);
     const bool has_depth = rng.Uniform() < options_.depth_share && disparity > 1;
     if (has_depth && camera.bf() / disparity < camera.depth_max_m) {
       f.depth = static_cast<float>(camera.bf() / disparity);

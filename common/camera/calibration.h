@@ -65,6 +65,7 @@ struct CameraCalibration {
   double depth_max_m = 8.0;
   double depth_baseline_m =
       0.08;  // RGB-D only: baseline of the virtual right camera (u_right = u - fx*b/z)
+  double disparity_sigma_px = 0.1;  // RGB-D only: of fx*b/z, from image to image
   SE3 T_BC;  // left camera (optical frame, as mounted, before rectification) in the body
 
   template <typename Visitor>
@@ -107,7 +108,16 @@ struct CameraCalibration {
             {.min = 0.001,
              .max = 1,
              .unit = "m",
-             .text = "virtual baseline of an RGB-D camera: sets how strongly its depth counts"});
+             .text = "RGB-D only: baseline in which disparities are counted; that of the sensor"});
+    v.Field(
+        "disparity_sigma_px", disparity_sigma_px,
+        {.min = 0.01,
+         .max = 10,
+         .unit = "px",
+         .text =
+             "RGB-D only: standard deviation of the disparity fx * depth_baseline_m / depth "
+             "that a depth is made from (RealSense D4xx 0.05 at its baseline; a Kinect "
+             "whose depth and colour are not taken at once 0.3); sets how strongly depth counts"});
     v.Pose("T_BC", T_BC,
            {.required = true,
             .text = "left camera (optical: x right, y down, z forward) in the body frame"});

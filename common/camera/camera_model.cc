@@ -103,6 +103,7 @@ Result<CameraGeometry> MakeCameraGeometry(const Calibration& calibration) {
   r.readout_s = c.readout_s;
   if (c.kind == CameraKind::kRgbd) {
     r.baseline_m = c.depth_baseline_m;
+    r.disparity_sigma_px = c.disparity_sigma_px;
     return out;
   }
   if (c.right.fx <= 0 || c.right.fy <= 0) {

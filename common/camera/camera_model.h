@@ -14,11 +14,13 @@ struct RectifiedCamera {
   int width = 0, height = 0;                // px
   double fx = 0, fy = 0, cx = 0, cy = 0;    // px
   double baseline_m = 0;                    // > 0
+  double disparity_sigma_px = 0;            // of a depth image, px at baseline_m; 0: stereo pair
   double depth_min_m = 0, depth_max_m = 0;  // depths outside are not used
   double readout_s = 0;                     // rolling shutter; 0 = global
   SE3 T_BC;                                 // rectified left camera in the body
 
   double bf() const { return fx * baseline_m; }  // disparity (px) = bf / depth
+  bool has_depth_image() const { return disparity_sigma_px > 0; }
 
   // Pixel of a point in C. Precondition: p_C.z() > 0.
   Eigen::Vector2d Project(const Eigen::Vector3d& p_C) const {

@@ -19,7 +19,7 @@ constexpr double kSmallestDiagonal = 1e-9;  // keeps the system solvable without
 enum Use : uint8_t { kNotUsed = 0, kPixelOnly = 1, kPixelAndDepth = 2 };
 
 struct NormalEquations {
-  Matrix6d H = Matrix6d::Zero();
+  Matrix6d H = Matrix6d::Zero();  // while rows are added, its lower triangle
   Vector6d g = Vector6d::Zero();
   double cost = 0;
 };
@@ -31,9 +31,11 @@ void AddRows(const JacobianRows& J, const ResidualRows& r, double limit, bool ro
   const double weight = robust ? HuberWeight(chi2, limit) : 1.0;
   out->cost += robust ? HuberCost(chi2, limit) : chi2;
   for (int k = 0; k < J.rows(); ++k) {
-    const Vector6d j = J.row(k).transpose();
-    out->H.template selfadjointView<Eigen::Lower>().rankUpdate(j, weight);
-    out->g += (weight * r[k]) * j;
+    for (int i = 0; i < 6; ++i) {
+      const double wj = weight * J(k, i);
+      for (int m = i; m < 6; ++m) out->H(m, i) += wj * J(k, m);
+    }
+    out->g += (weight * r[k]) * J.row(k).transpose();
   }
 }
 

@@ -40,7 +40,7 @@ std::vector<LandmarkObservation> Observe(const RectifiedCamera& camera, const SE
     o.pixel.u = uv.x() + noise_px * rng.Normal();
     o.pixel.v = uv.y() + noise_px * rng.Normal();
     o.pixel.has_depth = i % 3 != 0;
-    o.pixel.u_right = uv.x() - camera.bf() / depth + noise_px * rng.Normal();
+    o.pixel.disparity = camera.bf() / depth + noise_px * rng.Normal();
     out.push_back(o);
   }
   return out;

@@ -33,7 +33,7 @@ class PoseManifold final : public ceres::Manifold {
 };
 
 // Blocks: pose T_WC (7), point p_W (3). Evaluation fails when the point is not in front of the
-// camera, which makes the solver take a shorter step. kRows 2: (u, v); 3: (u, v, u_right).
+// camera, which makes the solver take a shorter step. kRows 2: (u, v); 3: (u, v, disparity).
 //
 // Robust by itself, to be used without a loss function: pixel and depth have a Huber cost each,
 // which a single loss over the block cannot express. A part r of the residual with s = |r|^2 beyond

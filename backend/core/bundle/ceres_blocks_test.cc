@@ -99,7 +99,7 @@ TEST(ReprojectionCost, JacobiansMatchCentralDifferences) {
     const Eigen::Vector3d p_C(rng.Uniform(-2, 2), rng.Uniform(-1, 1), rng.Uniform(0.5, 6));
     const Eigen::Vector3d p_W = T_WC * p_C;
     const PoseBlock pose = ToBlock(T_WC);
-    const PixelObservation pixel{300, 200, 280, true, 0.6};
+    const PixelObservation pixel{300, 200, 20, true, 0.6, 0.4};
     ExpectJacobiansMatch(ReprojectionCost<3>(&camera, pixel), {pose.data(), p_W.data()});
     ExpectJacobiansMatch(ReprojectionCost<2>(&camera, pixel), {pose.data(), p_W.data()});
   }

@@ -50,23 +50,31 @@ double QualityOfEdge(const Map& map, KeyframeId to, double connection_reference,
   return EdgeQuality(shared, connection_reference, bound);
 }
 
-double SmoothedLack(const Map& map, KeyframeId to, double connection_reference,
-                    const DrWeightConfig& config) {
-  const auto lack = [&](const MapKeyframe& k) {
-    return Lack(map, k, connection_reference, config);
-  };
-  const MapKeyframe* const centre = map.FindKeyframe(to);
-  if (!config.Departs(Departure::kFading)) return PaperSmoothedLack(map, *centre, config, lack);
+double EdgeLacks::Own(const MapKeyframe& to) {
+  const auto [known, inserted] = own_.try_emplace(to.frame.id, 0.0);
+  if (inserted) known->second = Lack(map_, to, reference_, config_);
+  return known->second;
+}
+
+double EdgeLacks::Smoothed(KeyframeId to) {
+  const auto lack = [this](const MapKeyframe& k) { return Own(k); };
+  const MapKeyframe* const centre = map_.FindKeyframe(to);
+  if (!config_.Departs(Departure::kFading)) return PaperSmoothedLack(map_, *centre, config_, lack);
   double largest = lack(*centre);
   for (const bool forward : {false, true}) {
     const MapKeyframe* at = centre;
     for (int hops = 1; hops <= kSmoothingHops; ++hops) {
-      at = map.FindKeyframe(forward ? at->next : at->frame.previous);
+      at = map_.FindKeyframe(forward ? at->next : at->frame.previous);
       if (at == nullptr) break;
       largest = std::max(largest, LackReaching(lack(*at), hops));
     }
   }
   return largest;
+}
+
+double SmoothedLack(const Map& map, KeyframeId to, double connection_reference,
+                    const DrWeightConfig& config) {
+  return EdgeLacks(map, connection_reference, config).Smoothed(to);
 }
 
 double ConnectionReference(const Map& map, const DrWeightConfig& config) {

@@ -5,6 +5,8 @@
 // tell how far the robot went, however many they are (docs/adr/0007-what-counts-as-tracked.md).
 #pragma once
 
+#include <map>
+
 #include "backend/core/map/map.h"
 #include "backend/core/map/mapping_context.h"
 #include "common/config/dr_weight_config.h"
@@ -37,6 +39,23 @@ double QualityOfEdge(const Map& map, KeyframeId to, double connection_reference,
 // exist lacks nothing.
 double SmoothedLack(const Map& map, KeyframeId to, double connection_reference,
                     const DrWeightConfig& config);
+
+// The same for one who asks for many edges of a map that does not change meanwhile: what edges lack
+// themselves is counted once.
+class EdgeLacks {
+ public:
+  EdgeLacks(const Map& map, double connection_reference, const DrWeightConfig& config)
+      : map_(map), reference_(connection_reference), config_(config) {}
+  double Smoothed(KeyframeId to);
+
+ private:
+  double Own(const MapKeyframe& to);
+
+  const Map& map_;
+  double reference_;
+  const DrWeightConfig& config_;
+  std::map<KeyframeId, double> own_;
+};
 
 // alpha of the edge that ends at `to`, for whoever works on the whole map: what local bundle
 // adjustment left on it, or that of its smoothed quality where it has not been yet. 0: the edge

@@ -19,7 +19,7 @@ std::vector<PosedObservation> Observations(const Eigen::Vector3d& p_W, int n, do
     const SE3 T_CW(Eigen::Quaterniond::Identity(), Eigen::Vector3d(-step_m * i, 0, 0));
     const Eigen::Vector3d p_C = T_CW * p_W;
     const Eigen::Vector2d uv = camera.Project(p_C);
-    out.push_back({T_CW, {uv.x(), uv.y(), uv.x() - camera.bf() / p_C.z(), depth}});
+    out.push_back({T_CW, {uv.x(), uv.y(), camera.bf() / p_C.z(), depth}});
   }
   return out;
 }

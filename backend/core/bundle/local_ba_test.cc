@@ -22,7 +22,7 @@ LocalBaJob MakeJob(World& world, int n, double point_sigma_m = 0.05) {
     for (size_t i = 0; i < keyframe.features.size(); ++i) {
       const Feature& f = keyframe.features[i];
       seen[world.PointOf(keyframe.id, static_cast<int>(i))].push_back(
-          {k, 0, {f.u, f.v, f.u_right, f.has_depth(), std::pow(1.2, -f.level)}});
+          {k, 0, PixelOf(f, job.camera, Pyramid(1.2, 8))});
     }
   }
   for (auto& [point, observations] : seen) {
@@ -127,7 +127,8 @@ TEST(LocalBa, ReachesTheCostOfADenseReference) {
   ASSERT_TRUE(result.usable);
   ASSERT_TRUE(result.outliers.empty());
   const double reference = DenseReferenceCost(job);
-  EXPECT_NEAR(result.cost_after, reference, 1e-3 * reference);
+  // Less than the reference by what the robust cost of the DR edges takes off.
+  EXPECT_NEAR(result.cost_after, reference, 2e-3 * reference);
   EXPECT_GT(result.cost_before, 2 * reference);
 }
 

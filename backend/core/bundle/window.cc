@@ -42,12 +42,11 @@ std::set<KeyframeId> CovisibleWindow(const Map& map, const MappingContext& conte
   return window;
 }
 
-void AddPredecessors(const Map& map, const MappingContext& context, double reference,
-                     std::set<KeyframeId>& window) {
+void AddPredecessors(const Map& map, EdgeLacks& lacks, std::set<KeyframeId>& window) {
   const MapKeyframe* at = map.FindKeyframe(map.newest_keyframe());
   for (int step = 0; step < kTemporalWhileWeak; ++step) {
     if (!at->frame.dr) return;
-    const bool weak = SmoothedLack(map, at->frame.id, reference, context.dr_weight) >= kWeakLack;
+    const bool weak = lacks.Smoothed(at->frame.id) >= kWeakLack;
     if (step >= kTemporalAlways && !weak) return;
     at = map.FindKeyframe(at->frame.previous);
     if (at == nullptr) return;
@@ -90,7 +89,7 @@ void AddObservations(const Map& map, const MappingContext& context,
       const size_t feature = static_cast<size_t>(observation.feature_index);
       if (feature >= features.size()) continue;
       job.observations.push_back({keyframe->second, static_cast<int32_t>(job.landmarks.size()),
-                                  PixelOf(features[feature], context.pyramid)});
+                                  PixelOf(features[feature], context.camera, context.pyramid)});
     }
     if (job.observations.size() - first < 2) {
       job.observations.resize(first);
@@ -126,7 +125,8 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
   const bool use_dr = DrInLocalBa(context.variant);
   std::set<KeyframeId> window = CovisibleWindow(map, context);
   const double reference = ConnectionReference(map, context.dr_weight);
-  if (use_dr) AddPredecessors(map, context, reference, window);
+  EdgeLacks lacks(map, reference, context.dr_weight);
+  if (use_dr) AddPredecessors(map, lacks, window);
 
   const std::vector<LandmarkId> landmarks = SeenLandmarks(map, window);
   std::map<KeyframeId, bool> fixed;  // every keyframe of the job
@@ -138,12 +138,11 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
   for (const KeyframeId id : window) {
     if (!use_dr) break;
     const MapKeyframe& keyframe = *map.FindKeyframe(id);
-    if (keyframe.frame.dr && SmoothedLack(map, id, reference, context.dr_weight) >= kWeakLack) {
+    if (keyframe.frame.dr && lacks.Smoothed(id) >= kWeakLack) {
       fixed.try_emplace(keyframe.frame.previous, true);
     }
     const MapKeyframe* next = map.FindKeyframe(keyframe.next);
-    if (next != nullptr && next->frame.dr &&
-        SmoothedLack(map, next->frame.id, reference, context.dr_weight) >= kWeakLack) {
+    if (next != nullptr && next->frame.dr && lacks.Smoothed(next->frame.id) >= kWeakLack) {
       fixed.try_emplace(keyframe.next, true);
     }
   }
@@ -170,7 +169,7 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
     const auto from = index.find(keyframe.frame.previous);
     if (!keyframe.frame.dr || from == index.end()) continue;
     if (is_fixed && job.keyframes[from->second].fixed) continue;
-    const double q = 1.0 - SmoothedLack(map, id, reference, context.dr_weight);
+    const double q = 1.0 - lacks.Smoothed(id);
     const double alpha = EdgeScale(context.variant, q, context.dr_weight);
     if (!(alpha > 0)) continue;
     const DrMotion motion = MotionTo(context, keyframe);

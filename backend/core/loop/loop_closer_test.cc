@@ -66,21 +66,30 @@ struct Drive {
 };
 
 TEST(LoopCloser, TheSecondLapFindsTheFirstAndTheDriftGoes) {
-  World world(Forgetful());
-  Drive drive;
-  drive.Run(world, 0, 46);
-  ASSERT_FALSE(drive.loop_updates.empty());
-  const LoopEvent& loop = drive.loop_updates[0].loops.at(0);
-  EXPECT_TRUE(loop.accepted);
-  EXPECT_GE(loop.from.value, 35);  // of 40 in a lap: it looks ahead
-  EXPECT_LE(loop.to.value, 10);
-  EXPECT_LT(drive.across_after, 0.3 * drive.across_before)
-      << drive.across_before << " -> " << drive.across_after;
-  EXPECT_LT(drive.after, 0.7 * drive.before) << drive.before << " -> " << drive.after;
-  // Both laps now observe the same landmarks.
-  EXPECT_GT(drive.mapper.map().SharedLandmarks(loop.from, loop.to), 30);
-  EXPECT_EQ(drive.mapper.loop_counters().closed, std::ssize(drive.loop_updates));
-  EXPECT_EQ(drive.mapper.loop_counters().removed, 0);
+  // One lap has more of a drift than another: what the loops take off is judged over five.
+  double before = 0, after = 0, across_before = 0, across_after = 0;
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    WorldOptions options = Forgetful();
+    options.seed = seed;
+    World world(options);
+    Drive drive;
+    drive.Run(world, 0, 46);
+    ASSERT_FALSE(drive.loop_updates.empty()) << seed;
+    const LoopEvent& loop = drive.loop_updates[0].loops.at(0);
+    EXPECT_TRUE(loop.accepted) << seed;
+    EXPECT_GE(loop.from.value, 35) << seed;  // of 40 in a lap: it looks ahead
+    EXPECT_LE(loop.to.value, 10) << seed;
+    // Both laps now observe the same landmarks.
+    EXPECT_GT(drive.mapper.map().SharedLandmarks(loop.from, loop.to), 30) << seed;
+    EXPECT_EQ(drive.mapper.loop_counters().closed, std::ssize(drive.loop_updates)) << seed;
+    EXPECT_EQ(drive.mapper.loop_counters().removed, 0) << seed;
+    before += drive.before;
+    after += drive.after;
+    across_before += drive.across_before;
+    across_after += drive.across_after;
+  }
+  EXPECT_LT(across_after, 0.3 * across_before) << across_before << " -> " << across_after;
+  EXPECT_LT(after, 0.7 * before) << before << " -> " << after;
 }
 
 TEST(LoopCloser, AReplicaFollowsTheCorrection) {

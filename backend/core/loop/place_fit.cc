@@ -131,8 +131,8 @@ std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
     std::vector<LandmarkObservation> observations;
     std::vector<PlaceFit::Match> matches;
     for (const auto& [feature, match] : guided) {
-      observations.push_back(
-          {match.landmark->p_W, PixelOf(image.frame.features[feature], context.pyramid)});
+      observations.push_back({match.landmark->p_W, PixelOf(image.frame.features[feature],
+                                                           context.camera, context.pyramid)});
       matches.push_back({feature, match.landmark->id});
     }
     if (static_cast<int>(matches.size()) < kFewestAgreeing) return std::nullopt;

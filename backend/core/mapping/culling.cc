@@ -41,28 +41,34 @@ bool IsUnproven(const MappingContext& context, const Landmark& landmark, Keyfram
 }
 
 bool IsRedundant(const Map& map, const MappingContext& context, const MapKeyframe& keyframe) {
-  int close = 0;
-  int redundant = 0;
   const auto& f = keyframe.frame;
+  const auto enough = static_cast<size_t>(context.config.redundant_observers);
+  int close = 0;
+  std::vector<std::pair<size_t, const Landmark*>> perhaps;  // by feature
   for (size_t i = 0; i < f.features.size(); ++i) {
     if (!f.landmarks[i].valid() || !f.features[i].has_depth()) continue;
     const Landmark& landmark = *map.FindLandmark(f.landmarks[i]);
-    const int observers = static_cast<int>(landmark.observations.size());
-    if (observers < context.config.redundant_observers) continue;
+    if (landmark.observations.size() < enough) continue;
     ++close;
-    if (observers == context.config.redundant_observers) continue;
-    int others = 0;
-    for (const Observation& observation : landmark.observations) {
+    if (landmark.observations.size() > enough) perhaps.emplace_back(i, &landmark);
+  }
+  // Most keyframes are not redundant even if all of these are.
+  const double limit = context.config.redundant_share * close;
+  if (!(static_cast<double>(perhaps.size()) > limit)) return false;
+  int redundant = 0;
+  for (const auto& [i, landmark] : perhaps) {
+    size_t others = 0;
+    for (const Observation& observation : landmark->observations) {
       if (observation.keyframe == f.id) continue;
       const auto& features = map.FindKeyframe(observation.keyframe)->frame.features;
       const size_t index = static_cast<size_t>(observation.feature_index);
       // One level of slack: the same corner is often found on a neighbouring level.
       if (index < features.size() && features[index].level <= f.features[i].level + 1) ++others;
-      if (others >= context.config.redundant_observers) break;
+      if (others >= enough) break;
     }
-    if (others >= context.config.redundant_observers) ++redundant;
+    if (others >= enough) ++redundant;
   }
-  return close > 0 && redundant > context.config.redundant_share * close;
+  return redundant > limit;
 }
 
 // True when one DR edge of the keyframe is weak in vision and the other is not.

@@ -30,7 +30,8 @@ double StereoCos(const RectifiedCamera& camera, const Feature& f) {
 bool Fits(const MappingContext& context, const PosedFeature& view, const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d p_C = view.T_CW * p_W;
   if (!(p_C.z() > kMinProjectionDepth)) return false;
-  return FitOf(context.camera, PixelOf(view.feature, context.pyramid), p_C).pixel_ok();
+  return FitOf(context.camera, PixelOf(view.feature, context.camera, context.pyramid), p_C)
+      .pixel_ok();
 }
 
 // Depth of the midpoint between the closest points of both rays: least squares of
@@ -165,8 +166,9 @@ int TriangulateNewLandmarks(Map& map, const MappingContext& context) {
       double farthest = kFarDepth;
       if (f.has_depth()) {  // three sigma of its disparity either way
         const double disparity = camera.bf() / f.depth;
-        nearest = camera.bf() / (disparity + 3 * sigma);
-        if (disparity > 3 * sigma) farthest = camera.bf() / (disparity - 3 * sigma);
+        const double reach = 3 * DisparitySigma(camera, context.pyramid, f.level, disparity);
+        nearest = camera.bf() / (disparity + reach);
+        if (disparity > reach) farthest = camera.bf() / (disparity - reach);
       }
       const Eigen::Vector3d near_N = T_NC * camera.Unproject(f.u, f.v, nearest);
       const Eigen::Vector3d far_N = T_NC * camera.Unproject(f.u, f.v, farthest);

@@ -1,7 +1,10 @@
 #include "backend/core/place/place_index.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+
+#include "common/core/check.h"
 
 namespace gw::backend {
 namespace {
@@ -36,146 +39,219 @@ uint16_t SketchFor(const std::array<uint16_t, 16>& groups, int table) {
 
 }  // namespace
 
-uint32_t PlaceIndex::TakeSlot() {
-  if (free_slots_.empty()) {
-    slots_.emplace_back();
-    return static_cast<uint32_t>(slots_.size() - 1);
-  }
-  const uint32_t slot = free_slots_.back();
-  free_slots_.pop_back();
-  return slot;
-}
-
 void PlaceIndex::Insert(std::span<const Place> places) {
-  struct Filed {
-    uint32_t slot;
-    uint16_t feature;
-    std::array<uint16_t, 16> groups;
-  };
-  std::vector<Filed> filed;
+  std::array<std::vector<Filed>, kTables> filed;
   for (const Place& place : places) {
     Erase(place.keyframe);
-    const uint32_t slot = TakeSlot();
+    if (free_slots_.empty()) {
+      free_slots_.push_back(static_cast<uint32_t>(slots_.size()));
+      slots_.emplace_back();
+      erased_.push_back(0);
+    }
+    const uint32_t slot = free_slots_.back();
+    free_slots_.pop_back();
     blocks_[place.keyframe] = slot;
     slots_[slot] = {place.keyframe, place.descriptors};
     for (size_t i = 0; i < place.descriptors.size(); ++i) {
-      filed.push_back({slot, static_cast<uint16_t>(i), Groups(place.descriptors[i])});
+      const auto groups = Groups(place.descriptors[i]);
+      for (int t = 0; t < kTables; ++t) {
+        filed[t].push_back({groups[t], {slot, static_cast<uint16_t>(i), SketchFor(groups, t)}});
+      }
     }
   }
-  // Table by table, new buckets in their size at once: the memory at work stays small.
-  std::vector<uint32_t> count(size_t{1} << kBits);
-  for (int table = 0; table < kTables; ++table) {
-    for (const Filed& f : filed) ++count[f.groups[table]];
-    for (const Filed& f : filed) {
-      const uint16_t key = f.groups[table];
-      std::vector<Entry>& bucket = Bucket(table, key);
-      if (bucket.empty()) bucket.reserve(count[key]);
-      count[key] = 0;
-      bucket.push_back({f.slot, f.feature, SketchFor(f.groups, table)});
-    }
+  num_recent_ += places.size();
+  // With the root of all, merging what is recent and merging it into the rest cost the same.
+  const bool settle = num_recent_ * num_recent_ > slots_.size();
+  for (int t = 0; t < kTables; ++t) {
+    std::vector<Filed>& recent = tables_[t].recent;
+    const auto middle = static_cast<ptrdiff_t>(recent.size());
+    recent.insert(recent.end(), filed[t].begin(), filed[t].end());
+    if (settle) continue;
+    const auto by_key = [](const Filed& a, const Filed& b) { return a.key < b.key; };
+    std::sort(recent.begin() + middle, recent.end(), by_key);
+    std::inplace_merge(recent.begin(), recent.begin() + middle, recent.end(), by_key);
   }
+  if (settle) Settle();
 }
 
 void PlaceIndex::Erase(KeyframeId id) {
   const auto it = blocks_.find(id);
   if (it == blocks_.end()) return;
-  const uint32_t slot = it->second;
-  for (const Descriptor& descriptor : slots_[slot].descriptors) {
-    const auto groups = Groups(descriptor);
-    for (int table = 0; table < kTables; ++table) {
-      std::erase_if(Bucket(table, groups[table]),
-                    [slot](const Entry& entry) { return entry.slot == slot; });
-    }
-  }
-  slots_[slot] = {};
-  free_slots_.push_back(slot);
+  slots_[it->second] = {};
+  erased_[it->second] = 1;
   blocks_.erase(it);
+  ++num_erased_;
+  if (4 * num_erased_ > slots_.size()) Settle();
 }
 
-// A feature of the query on its way through the index. Every step of the way (the buckets, their
-// entries, the descriptors of those that are told apart no further) lies elsewhere in a memory much
-// larger than the caches: a step asks for what the next one reads, and others are done meanwhile.
-struct PlaceIndex::Lookup {
-  std::array<uint16_t, kTables> groups;
-  std::vector<Entry> alike;  // entries that share a group and resemble the feature in their sketch
-};
-
-// The newest feature of the query, and of the slot, that were put together: what agrees in several
-// groups is compared once.
-struct PlaceIndex::Pairing {
-  uint32_t query = 0xFFFFFFFF;
-  uint32_t feature = 0;
-};
-
-void PlaceIndex::FetchBuckets(const Descriptor& descriptor, Lookup& lookup) const {
-  lookup.groups = Groups(descriptor);
-  for (int table = 0; table < kTables; ++table) {
-    __builtin_prefetch(&Bucket(table, lookup.groups[table]));
+void PlaceIndex::Settle() {
+  for (Table& table : tables_) SettleTable(table);
+  for (size_t slot = 0; slot < slots_.size(); ++slot) {
+    if (erased_[slot] != 0) free_slots_.push_back(static_cast<uint32_t>(slot));
+    erased_[slot] = 0;
   }
+  num_recent_ = 0;
+  num_erased_ = 0;
 }
 
-void PlaceIndex::FetchEntries(const Lookup& lookup) const {
-  for (int table = 0; table < kTables; ++table) {
-    const std::vector<Entry>& bucket = Bucket(table, lookup.groups[table]);
-    for (size_t i = 0; i < bucket.size(); i += kEntriesPerLine) __builtin_prefetch(&bucket[i]);
-  }
-}
-
-void PlaceIndex::FetchDescriptors(uint32_t query, Lookup& lookup,
-                                  std::vector<Pairing>& pairings) const {
-  lookup.alike.clear();
-  for (int table = 0; table < kTables; ++table) {
-    const uint16_t sketch = SketchFor(lookup.groups, table);
-    for (const Entry& entry : Bucket(table, lookup.groups[table])) {
-      if (__builtin_popcount(entry.sketch ^ sketch) > kMaxSketchDistance) continue;
-      Pairing& pairing = pairings[entry.slot];
-      if (pairing.query == query && pairing.feature == entry.feature) continue;
-      pairing = {query, entry.feature};
-      lookup.alike.push_back(entry);
-      __builtin_prefetch(slots_[entry.slot].descriptors.data() + entry.feature);
+// Counting sort: the old entries of a key, then the recent ones, without those of erased places.
+void PlaceIndex::SettleTable(Table& table) {
+  constexpr size_t kKeys = size_t{1} << kBits;
+  const std::vector<uint32_t> old_begin =
+      table.begin.empty() ? std::vector<uint32_t>(kKeys + 1) : std::move(table.begin);
+  const auto stays = [this](const Entry& entry) { return erased_[entry.slot] == 0; };
+  std::vector<uint32_t> begin(kKeys + 1);
+  for (size_t key = 0; key < kKeys; ++key) {
+    for (uint32_t i = old_begin[key]; i < old_begin[key + 1]; ++i) {
+      begin[key + 1] += stays(table.entries[i]) ? 1 : 0;
     }
   }
+  for (const Filed& f : table.recent) begin[f.key + size_t{1}] += stays(f.entry) ? 1 : 0;
+  for (size_t key = 0; key < kKeys; ++key) begin[key + 1] += begin[key];
+  std::vector<Entry> entries(begin[kKeys]);
+  std::vector<uint32_t> next(begin.begin(), begin.end() - 1);
+  for (size_t key = 0; key < kKeys; ++key) {
+    for (uint32_t i = old_begin[key]; i < old_begin[key + 1]; ++i) {
+      if (stays(table.entries[i])) entries[next[key]++] = table.entries[i];
+    }
+  }
+  for (const Filed& f : table.recent) {
+    if (stays(f.entry)) entries[next[f.key]++] = f.entry;
+  }
+  table = {std::move(begin), std::move(entries), {}};
 }
+
+// Which slots have answered which features of a query. Erased slots are taken for such that have.
+class PlaceIndex::Answers {
+ public:
+  Answers(size_t num_features, const std::vector<uint8_t>& erased)
+      : words_((erased.size() + 63) / 64), erased_(words_), bits_(num_features * words_) {
+    for (size_t slot = 0; slot < erased.size(); ++slot) {
+      if (erased[slot] != 0) erased_[slot / 64] |= uint64_t{1} << (slot % 64);
+    }
+    for (size_t i = 0; i < num_features; ++i) {
+      std::copy(erased_.begin(), erased_.end(), RowOf(i));
+    }
+  }
+  uint64_t* RowOf(size_t feature) { return bits_.data() + feature * words_; }
+  static bool Has(const uint64_t* row, uint32_t slot) { return row[slot / 64] >> (slot % 64) & 1; }
+  static void Set(uint64_t* row, uint32_t slot) { row[slot / 64] |= uint64_t{1} << (slot % 64); }
+
+  // The slots that answered, in ascending order.
+  void Collect(size_t feature, std::vector<uint32_t>& slots) {
+    slots.clear();
+    for (size_t w = 0; w < words_; ++w) {
+      for (uint64_t rest = RowOf(feature)[w] & ~erased_[w]; rest != 0; rest &= rest - 1) {
+        slots.push_back(static_cast<uint32_t>(64 * w) +
+                        static_cast<uint32_t>(std::countr_zero(rest)));
+      }
+    }
+  }
+
+ private:
+  size_t words_;
+  std::vector<uint64_t> erased_;
+  std::vector<uint64_t> bits_;  // words_ per feature
+};
+
+// A feature of the query on its way through one table.
+class PlaceIndex::Question {
+ public:
+  void Start(const Descriptor& descriptor, uint16_t sketch, uint64_t* answers) {
+    descriptor_ = &descriptor;
+    sketch_ = sketch;
+    answers_ = answers;
+    size_ = 0;
+  }
+  // Takes up the entries that resemble the feature, but for those of slots that have answered it,
+  // and asks memory for their descriptors.
+  template <typename EntryOf>
+  void Gather(size_t begin, size_t end, const EntryOf& entry_of, const std::vector<Block>& slots) {
+    if (alike_.size() < size_ + end - begin + 1) alike_.resize(size_ + end - begin + 1);
+    // No processor foretells which ones pass: a branch would cost more than writing them all.
+    const size_t first = size_;
+    for (size_t i = begin; i < end; ++i) {
+      const Entry& entry = entry_of(i);
+      alike_[size_] = entry;
+      const bool resembles = __builtin_popcount(entry.sketch ^ sketch_) <= kMaxSketchDistance;
+      size_ +=
+          static_cast<size_t>(resembles) & static_cast<size_t>(!Answers::Has(answers_, entry.slot));
+    }
+    for (size_t i = first; i < size_; ++i) {
+      __builtin_prefetch(slots[alike_[i].slot].descriptors.data() + alike_[i].feature);
+    }
+  }
+  // Most slots answer in one of the first tables: what the others hold of them is not compared.
+  void Compare(const std::vector<Block>& slots) const {
+    for (size_t i = 0; i < size_; ++i) {
+      const Entry& entry = alike_[i];
+      if (Answers::Has(answers_, entry.slot)) continue;
+      const Descriptor& other = slots[entry.slot].descriptors[entry.feature];
+      if (HammingDistance(*descriptor_, other) <= kMaxDistance) Answers::Set(answers_, entry.slot);
+    }
+  }
+
+ private:
+  const Descriptor* descriptor_ = nullptr;
+  uint16_t sketch_ = 0;
+  uint64_t* answers_ = nullptr;
+  size_t size_ = 0;
+  std::vector<Entry> alike_;  // the first size_ of these
+};
 
 std::vector<PlaceScore> PlaceIndex::Query(const std::vector<Descriptor>& descriptors) const {
+  const size_t n = descriptors.size();
+  GW_CHECK(n <= kMaxFeatures);
+  std::vector<std::array<uint16_t, 16>> groups;
+  groups.reserve(n);
+  for (const Descriptor& descriptor : descriptors) groups.push_back(Groups(descriptor));
+  Answers answers(n, erased_);
+  std::vector<uint32_t> order(n);  // key and feature
+  std::array<Question, 2> questions;
+  for (int t = 0; t < kTables; ++t) {
+    const Table& table = tables_[t];
+    for (size_t i = 0; i < n; ++i) {
+      order[i] = static_cast<uint32_t>(groups[i][t]) << 16 | static_cast<uint32_t>(i);
+    }
+    std::sort(order.begin(), order.end());
+    size_t recent = 0;
+    for (size_t k = 0; k < n; ++k) {
+      const size_t feature = order[k] & 0xFFFF;
+      const uint32_t key = order[k] >> 16;
+      Question& question = questions[k % 2];
+      question.Start(descriptors[feature], SketchFor(groups[feature], t), answers.RowOf(feature));
+      if (!table.begin.empty()) {
+        question.Gather(
+            table.begin[key], table.begin[key + 1],
+            [&](size_t i) -> const Entry& { return table.entries[i]; }, slots_);
+      }
+      while (recent < table.recent.size() && table.recent[recent].key < key) ++recent;
+      size_t end = recent;
+      while (end < table.recent.size() && table.recent[end].key == key) ++end;
+      question.Gather(
+          recent, end, [&](size_t i) -> const Entry& { return table.recent[i].entry; }, slots_);
+      if (k > 0) questions[(k - 1) % 2].Compare(slots_);
+    }
+    if (n > 0) questions[(n - 1) % 2].Compare(slots_);
+  }
+
   struct Tally {
     double weight = 0;
     int matches = 0;
-    size_t answered = 0;  // 1 + newest feature of the query that it answered
   };
   std::vector<Tally> tally(slots_.size());
-  std::vector<uint32_t> answers;
+  std::vector<uint32_t> answering;
   const double num_keyframes = static_cast<double>(blocks_.size());
   double total = 0;
-  const auto compare = [&](size_t i, const Lookup& lookup) {
-    answers.clear();
-    for (const Entry& entry : lookup.alike) {
-      Tally& t = tally[entry.slot];
-      if (t.answered == i + 1) continue;
-      const Descriptor& other = slots_[entry.slot].descriptors[entry.feature];
-      if (HammingDistance(descriptors[i], other) > kMaxDistance) continue;
-      t.answered = i + 1;
-      answers.push_back(entry.slot);
-    }
-    const double weight =
-        std::log((num_keyframes + 1) / static_cast<double>(std::max<size_t>(answers.size(), 1)));
+  for (size_t i = 0; i < n; ++i) {
+    answers.Collect(i, answering);
+    const auto num_answers = static_cast<double>(std::max<size_t>(answering.size(), 1));
+    const double weight = std::log((num_keyframes + 1) / num_answers);
     total += weight;
-    for (const uint32_t slot : answers) {
+    for (const uint32_t slot : answering) {
       tally[slot].weight += weight;
       ++tally[slot].matches;
     }
-  };
-
-  std::vector<Pairing> pairings(slots_.size());
-  std::array<Lookup, 4> lookups;  // of four features in a row, each one step behind the next
-  const size_t n = descriptors.size();
-  for (size_t i = 0; i < n + 3; ++i) {
-    if (i < n) FetchBuckets(descriptors[i], lookups[i % 4]);
-    if (i >= 1 && i - 1 < n) FetchEntries(lookups[(i - 1) % 4]);
-    if (i >= 2 && i - 2 < n) {
-      FetchDescriptors(static_cast<uint32_t>(i - 2), lookups[(i - 2) % 4], pairings);
-    }
-    if (i >= 3) compare(i - 3, lookups[(i - 3) % 4]);
   }
 
   std::vector<PlaceScore> out;

@@ -6,6 +6,10 @@
 // kMaxDistance they are taken for sights of the same point. A feature that many keyframes answer
 // says little: it counts with log(keyframes / answers), as in text retrieval.
 //
+// What shares a group lies side by side in memory, and a query asks in the order in which it lies:
+// one that jumps about in a memory larger than the caches would wait for most of what it reads.
+// New places are merged in by and by.
+//
 // Pure and deterministic; grows and shrinks with the map. Not thread-safe.
 #pragma once
 
@@ -33,6 +37,7 @@ struct Place {
 
 class PlaceIndex {
  public:
+  static constexpr size_t kMaxFeatures = size_t{1} << 16;
   static constexpr int kMaxDistance = 32;  // of 256 bits; 28 to 36 serve as well (ADR 6)
 
   // Replaces what was filed under the ids. A whole map at once takes a quarter of the time that its
@@ -42,7 +47,8 @@ class PlaceIndex {
   // No effect when the id is not there.
   void Erase(KeyframeId id);
 
-  // Every keyframe that answers at least one feature: best score first, then oldest.
+  // Every keyframe that answers at least one feature: best score first, then oldest. Precondition:
+  // at most kMaxFeatures descriptors.
   std::vector<PlaceScore> Query(const std::vector<Descriptor>& descriptors) const;
 
   size_t size() const { return blocks_.size(); }
@@ -51,8 +57,8 @@ class PlaceIndex {
   static constexpr int kTables = 16;
   static constexpr int kBits = 16;  // of a group; kTables * kBits = 256
 
-  // A descriptor's place: keyframe slot and feature. `sketch` are 32 more of its bits: most of what
-  // shares a group by chance is told apart without fetching the descriptor.
+  // Where a descriptor belongs: keyframe slot and feature. `sketch` are 32 more of its bits: most
+  // of what shares a group by chance is told apart without fetching the descriptor.
   struct Entry {
     uint32_t slot = 0;
     uint16_t feature = 0;
@@ -63,28 +69,31 @@ class PlaceIndex {
     std::vector<Descriptor> descriptors;
   };
 
-  static constexpr size_t kEntriesPerLine = 64 / sizeof(Entry);  // of the cache
+  struct Filed {
+    uint16_t key;
+    Entry entry;
+  };
+  // The entries of one group of bits. Those of a place that was erased stay until the next Settle.
+  struct Table {
+    std::vector<uint32_t> begin;  // of each key in `entries`, and the end of the last; or empty
+    std::vector<Entry> entries;
+    std::vector<Filed> recent;  // by key; not in `entries` yet
+  };
 
-  uint32_t TakeSlot();
-  std::vector<Entry>& Bucket(int table, uint16_t key) {
-    return buckets_[static_cast<size_t>(table) << kBits | key];
-  }
-  const std::vector<Entry>& Bucket(int table, uint16_t key) const {
-    return buckets_[static_cast<size_t>(table) << kBits | key];
-  }
+  void Settle();
+  void SettleTable(Table& table);
 
   // The steps of a query, see Query().
-  struct Lookup;
-  struct Pairing;
-  void FetchBuckets(const Descriptor& descriptor, Lookup& lookup) const;
-  void FetchEntries(const Lookup& lookup) const;
-  void FetchDescriptors(uint32_t query, Lookup& lookup, std::vector<Pairing>& pairings) const;
+  class Answers;
+  class Question;
 
   std::map<KeyframeId, uint32_t> blocks_;  // slot of each keyframe
   std::vector<Block> slots_;
+  std::vector<uint8_t> erased_;  // slots whose entries may still be there
   std::vector<uint32_t> free_slots_;
-  std::vector<std::vector<Entry>> buckets_ =
-      std::vector<std::vector<Entry>>(static_cast<size_t>(kTables) << kBits);
+  size_t num_recent_ = 0;  // places
+  size_t num_erased_ = 0;
+  std::array<Table, kTables> tables_;
 };
 
 }  // namespace gw::backend

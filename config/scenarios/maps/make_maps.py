@@ -85,7 +85,19 @@ def twins():
     plan.write("twins")
 
 
+def apartment():
+    """Three rooms and two, on both sides of a hall 1.4 m wide."""
+    plan = Plan(12, 9)
+    for x0, y0, x1, y1 in ((0, 3.8, 12, 3.8), (0, 5.4, 12, 5.4), (4.2, 0, 4.2, 3.8),
+                           (8.0, 0, 8.0, 3.8), (5.2, 5.4, 5.2, 9)):
+        plan.wall(x0, y0, x1, y1)
+    for x, y in ((2.2, 3.8), (5.6, 3.8), (9.4, 3.8), (1.6, 5.4), (7.6, 5.4)):
+        plan.door(x, y - 0.1, x + 1.2, y + 0.3)
+    plan.write("apartment")
+
+
 if __name__ == "__main__":
+    apartment()
     office()
     corridor()
     twins()

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/camera/depth_sensors.h"
 #include "common/config/writer.h"
 
 namespace gw::camera {
@@ -26,6 +27,7 @@ RobotConfig WithCalibration(RobotConfig config, const DepthCalibration& calibrat
   } else {
     camera.depth_unit_m = kDepthUnitM;
     camera.depth_baseline_m = calibration.baseline_m;
+    camera.disparity_sigma_px = kRealSenseD435.disparity_sigma_px;
   }
   return config;
 }

@@ -1,49 +1,50 @@
 #include "frontend/core/features/depth_lookup.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
 namespace gw::frontend {
 namespace {
 
-// Pixels within this share of the nearest one lie on the same surface. A plane seen at 75 degrees
-// changes by 2 px * tan(75) / 525 px = 1.4 % over the window; Kinect's quantisation is 0.7 % at 4
-// m.
-constexpr float kSameSurface = 0.03f;
+// How much a plane may change its depth from one pixel to the next: seen at 75 degrees with a focal
+// length of 400 px, tan(75) / 400.
+constexpr double kSteepest = 0.01;
+// A larger gap between two depths, in standard deviations of one, is hardly noise.
+constexpr double kCertainGap = 4;
 constexpr int kMinPixels = 4;  // of 9, on the surface that is used
 
 }  // namespace
 
 DepthLookup::DepthLookup(const CameraGeometry& geometry)
-    : unit_m_(static_cast<float>(geometry.calibration.camera.depth_unit_m)),
-      min_m_(static_cast<float>(geometry.rectified.depth_min_m)),
-      max_m_(static_cast<float>(geometry.rectified.depth_max_m)) {}
+    : unit_m_(geometry.calibration.camera.depth_unit_m),
+      min_m_(geometry.rectified.depth_min_m),
+      max_m_(geometry.rectified.depth_max_m),
+      noise_per_m_(geometry.rectified.disparity_sigma_px / geometry.rectified.bf()) {}
 
 float DepthLookup::At(const ImageView& depth, float u, float v) const {
   const int x = static_cast<int>(std::lround(u));
   const int y = static_cast<int>(std::lround(v));
   if (x < 1 || y < 1 || x >= depth.width - 1 || y >= depth.height - 1) return -1;
-  uint16_t pixels[9];
+  std::array<uint16_t, 9> pixels;
   for (int j = 0; j < 3; ++j) {
-    std::memcpy(pixels + 3 * j,
+    std::memcpy(&pixels[static_cast<size_t>(3 * j)],
                 depth.data + static_cast<ptrdiff_t>(y - 1 + j) * depth.stride + 2 * (x - 1), 6);
   }
-  int nearest = 0x10000;
-  for (const int p : pixels) {
-    if (p > 0) nearest = std::min(nearest, p);
-  }
-  const int far_end = static_cast<int>(static_cast<float>(nearest) * (1 + kSameSurface));
-  int sum = 0;
-  int count = 0;
-  for (const int p : pixels) {
-    if (p <= 0 || p > far_end) continue;
-    sum += p;
-    ++count;
-  }
+  std::sort(pixels.begin(), pixels.end());
+  auto p = std::upper_bound(pixels.begin(), pixels.end(), 0);
+  const auto front = std::adjacent_find(p, pixels.end(), [this](int near, int far) {
+    const double z = unit_m_ * near;
+    return unit_m_ * (far - near) > z * (kSteepest + kCertainGap * noise_per_m_ * z);
+  });
+  const auto behind = front == pixels.end() ? front : front + 1;
+  const auto count = static_cast<int>(behind - p);
   if (count < kMinPixels) return -1;
-  const float z = unit_m_ * static_cast<float>(sum) / static_cast<float>(count);
-  return z >= min_m_ && z <= max_m_ ? z : -1;
+  double inverse = 0;
+  for (; p != behind; ++p) inverse += 1.0 / *p;
+  const double z = unit_m_ * count / inverse;
+  return z >= min_m_ && z <= max_m_ ? static_cast<float>(z) : -1;
 }
 
 }  // namespace gw::frontend

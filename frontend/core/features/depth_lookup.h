@@ -14,12 +14,15 @@ class DepthLookup {
   // where there is none: too few measured pixels, outside [depth_min_m, depth_max_m], or the 3x3
   // pixels lie on an edge without a clear front side.
   // A corner at a depth edge belongs to the surface in front (the one behind only ends there by
-  // occlusion), so the nearer pixels win if there are enough of them.
+  // occlusion), so the nearer pixels win if there are enough of them. An edge is a gap between
+  // their depths that neither a plane nor the noise of the sensor makes. Mean of the inverse
+  // depths, which is what such a sensor measures.
   // Precondition: `depth` is kDepth16.
   float At(const ImageView& depth, float u, float v) const;
 
  private:
-  float unit_m_, min_m_, max_m_;
+  double unit_m_, min_m_, max_m_;
+  double noise_per_m_;  // standard deviation of a depth z: noise_per_m_ * z^2
 };
 
 }  // namespace gw::frontend

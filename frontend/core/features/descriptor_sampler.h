@@ -28,7 +28,9 @@ class DescriptorSampler {
   static constexpr int kNumAngles = 64;
 
   int stride_;
-  std::vector<int32_t> offsets_;  // [angle][test][a, b]: pixel offsets from the centre
+  // [angle][test]: offsets of pixel a (lower half) and b from the patch's top left corner. One load
+  // for two: the loads are what sampling waits for.
+  std::vector<uint64_t> offsets_;
 };
 
 }  // namespace gw::frontend

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace gw::frontend {
 namespace {
@@ -48,12 +49,12 @@ const Kernel& Columns() {
 
 // A row of the image at y + fy, linear between rows.
 template <size_t kCount>
-void SampleRow(const ImageBuffer& image, int x, int y, float fy, std::array<float, kCount>* out) {
+void SampleRow(const ImageBuffer& image, int x, int y, float fy, float* out) {
   const uint8_t* above = image.row(y) + x;
   const uint8_t* below = image.row(y + 1) + x;
   for (size_t i = 0; i < kCount; ++i) {
     const auto a = static_cast<float>(above[i]);
-    (*out)[i] = a + fy * (static_cast<float>(below[i]) - a);
+    out[i] = a + fy * (static_cast<float>(below[i]) - a);
   }
 }
 
@@ -62,7 +63,11 @@ bool Inside(const ImageBuffer& image, int x_begin, int x_end, int y_begin, int y
 }
 
 constexpr int kStrip = kSide + 2 * kMargin + 1;
-using Strip = std::array<std::array<float, kStrip>, kSide>;
+// A row of the right image. Vectors of whole registers also read zeros before it and behind it.
+constexpr int kBefore = 1;
+constexpr int kBehind = 4;
+using StripRow = std::array<float, kBefore + kStrip + kBehind>;
+using Strip = std::array<StripRow, kSide>;
 
 // The left patch and its gradient along the row: what a shift changes. Taken from the left image
 // alone, so that the noise of the right one cannot draw the fit to where interpolation blurs it.
@@ -84,7 +89,7 @@ LeftPatch Linearize(const ImageBuffer& left, const Corner& c) {
         ggjj = Lanes::Zero();
   for (int j = 0; j < kSide; ++j) {
     std::array<float, kSide + 4> row;
-    SampleRow(left, c.x - kRadius - 1, c.y - kRadius + j, c.fy, &row);
+    SampleRow<kSide + 4>(left, c.x - kRadius - 1, c.y - kRadius + j, c.fy, row.data());
     const Eigen::Map<const Lanes> before(&row[0]), at(&row[1]), after(&row[2]), next(&row[3]);
     out.value[j] = at + c.fx * (after - at);
     out.gradient[j] = 0.5f * ((after - before) + c.fx * ((next - at) - (after - before)));
@@ -108,6 +113,50 @@ LeftPatch Linearize(const ImageBuffer& left, const Corner& c) {
   return out;
 }
 
+// Four neighbouring columns.
+using Four [[gnu::vector_size(16)]] = float;
+using FourInts [[gnu::vector_size(16)]] = int;
+
+Four LoadFour(const float* p) {
+  Four out;
+  std::memcpy(&out, p, sizeof(out));
+  return out;
+}
+
+// The row at begin, begin + stretch, ..., linear between pixels. Preconditions: the first and the
+// last of the kSide places lie on the strip.
+Lanes SampleAlong(const StripRow& row, float begin, float stretch) {
+  const float* const pixels = row.data() + kBefore;
+  Lanes out = Lanes::Zero();
+  if (!(std::abs(stretch - 1) * kSide < 1)) {
+    for (int i = 0; i < kSide; ++i) {
+      const float at = begin + stretch * static_cast<float>(i);
+      const int k = static_cast<int>(at);
+      out[i] = pixels[k] + (at - static_cast<float>(k)) * (pixels[k + 1] - pixels[k]);
+    }
+    return out;
+  }
+  // Column i falls between the pixels first + i and its neighbour, or one pixel beside: no look-up
+  // by column is needed, but a choice of three.
+  const int first = static_cast<int>(begin);
+  for (int i = 0; i < kSide; i += 4) {
+    const FourInts column = FourInts{0, 1, 2, 3} + i;
+    const Four at = begin + stretch * __builtin_convertvector(column, Four);
+    const FourInts k = __builtin_convertvector(at, FourInts);
+    const FourInts beside = k - first - column;
+    const float* const p = pixels + first + i;
+    const Four a = LoadFour(p - 1);
+    const Four b = LoadFour(p);
+    const Four c = LoadFour(p + 1);
+    const Four d = LoadFour(p + 2);
+    const Four before = beside < 0 ? a : beside > 0 ? c : b;
+    const Four after = beside < 0 ? b : beside > 0 ? d : c;
+    const Four value = before + (at - __builtin_convertvector(k, Four)) * (after - before);
+    std::memcpy(out.data() + i, &value, sizeof(value));
+  }
+  return out;
+}
+
 // Gauss-Newton on shift, brightness and slants (Unknowns). first: where the right patch begins in
 // the strip. The shift, or none where the fit does not settle.
 std::optional<float> Fit(const LeftPatch& patch, const Strip& strip, float first) {
@@ -127,12 +176,7 @@ std::optional<float> Fit(const LeftPatch& patch, const Strip& strip, float first
       const float begin = first + p[0] + p[3] * dj - stretch * static_cast<float>(kRadius);
       const float end = begin + stretch * static_cast<float>(kSide - 1);
       if (!(begin >= 0 && end >= 0 && begin < kStrip - 1 && end < kStrip - 1)) return std::nullopt;
-      Lanes value = Lanes::Zero();
-      for (int i = 0; i < kSide; ++i) {
-        const float at = begin + stretch * static_cast<float>(i);
-        const int k = static_cast<int>(at);
-        value[i] = strip[j][k] + (at - static_cast<float>(k)) * (strip[j][k + 1] - strip[j][k]);
-      }
+      const Lanes value = SampleAlong(strip[j], begin, stretch);
       const Lanes r = weight[j] * weight * (value + p[1] - patch.value[j]);
       r1 += r;
       rg += r * patch.gradient[j];
@@ -170,8 +214,10 @@ std::optional<float> RefineDisparity(const ImageBuffer& left, const ImageBuffer&
   }
   const LeftPatch patch = Linearize(left, corner);
   if (patch.H(0, 0) < kMinGradient * kMinGradient * patch.H(1, 1)) return std::nullopt;
-  Strip strip;
-  for (int j = 0; j < kSide; ++j) SampleRow(right, strip_begin, top + j, corner.fy, &strip[j]);
+  Strip strip{};
+  for (int j = 0; j < kSide; ++j) {
+    SampleRow<kStrip>(right, strip_begin, top + j, corner.fy, strip[j].data() + kBefore);
+  }
   const auto shift = Fit(patch, strip, u_right - static_cast<float>(strip_begin));
   if (!shift) return std::nullopt;
   return disparity - *shift;

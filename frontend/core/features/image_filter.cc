@@ -5,10 +5,6 @@
 #include <cstddef>
 #include <utility>
 
-#if defined(__SSSE3__)
-#include <immintrin.h>
-#endif
-
 #include "common/core/check.h"
 
 namespace gw::frontend {
@@ -41,26 +37,19 @@ Tap TapOf(int i, int input, int output) {
 void BinomialFilter::Apply(const ImageView& input, ImageBuffer* output) {
   const size_t width = static_cast<size_t>(input.width);
   output->Resize(input.width, input.height, std::max(output->stride, input.width));
-  column_sums_.resize(width + 2);
+  column_sums_.resize(width + 2 + 2 * PixelKernels::kSlack);
+  const PixelKernels& kernels = BestPixelKernels();
   const auto input_row = [&input](int y) {
     const int inside = std::clamp(y, 0, input.height - 1);
     return input.data + static_cast<ptrdiff_t>(inside) * input.stride;
   };
   uint16_t* sums = column_sums_.data() + 1;
   for (int y = 0; y < input.height; ++y) {
-    const uint8_t* above = input_row(y - 1);
-    const uint8_t* at = input_row(y);
-    const uint8_t* below = input_row(y + 1);
-    for (size_t x = 0; x < width; ++x) {
-      sums[x] = static_cast<uint16_t>(above[x] + 2 * at[x] + below[x]);
-    }
+    kernels.column_sums(input_row(y - 1), input_row(y), input_row(y + 1), input.width, sums);
     sums[-1] = sums[0];
     sums[width] = sums[width - 1];
-    uint8_t* out = output->row(y);
-    const uint16_t* left = sums - 1;
-    for (size_t x = 0; x < width; ++x) {
-      out[x] = static_cast<uint8_t>((left[x] + 2 * left[x + 1] + left[x + 2] + 8) >> 4);
-    }
+    // What is written beyond the row is mended by the next one.
+    kernels.smooth_row(sums - 1, input.width, output->row(y));
   }
 }
 
@@ -69,7 +58,7 @@ BilinearResizer::BilinearResizer(int input_width, int input_height, int output_w
   GW_CHECK(0 < output_width && output_width <= input_width && input_width <= 2 * output_width);
   GW_CHECK(0 < output_height && output_height <= input_height && input_height <= 2 * output_height);
   for (int x = 0; x < output_width; x += kBlock) {
-    Block block;
+    ResizeBlock block;
     block.first = TapOf(x, input_width, output_width).first;
     for (int i = 0; i < kBlock; ++i) {
       const Tap tap = TapOf(std::min(x + i, output_width - 1), input_width, output_width);
@@ -83,43 +72,26 @@ BilinearResizer::BilinearResizer(int input_width, int input_height, int output_w
     }
     blocks_.push_back(block);
   }
+  if (blocks_.size() % 2 != 0) blocks_.push_back(blocks_.back());
   for (int y = 0; y < output_height; ++y) {
     const Tap tap = TapOf(y, input_height, output_height);
     rows_.push_back({tap.first, static_cast<int16_t>(kWeightSum - tap.second_weight),
                      static_cast<int16_t>(tap.second_weight)});
   }
-  for (std::vector<int16_t>& line : lines_) line.resize(blocks_.size() * kBlock);
-}
-
-void BilinearResizer::InterpolateRow(const uint8_t* input, int16_t* output) const {
-  for (const Block& block : blocks_) {
-#if defined(__SSSE3__)
-    const __m128i pixels = _mm_loadu_si128(reinterpret_cast<const __m128i*>(input + block.first));
-    const __m128i taps = _mm_loadu_si128(reinterpret_cast<const __m128i*>(block.taps));
-    const __m128i weights = _mm_loadu_si128(reinterpret_cast<const __m128i*>(block.weights));
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(output),
-                     _mm_maddubs_epi16(_mm_shuffle_epi8(pixels, taps), weights));
-#else
-    for (int i = 0; i < kBlock; ++i) {
-      output[i] = static_cast<int16_t>(
-          input[block.first + block.taps[2 * i]] * block.weights[2 * i] +
-          input[block.first + block.taps[2 * i + 1]] * block.weights[2 * i + 1]);
-    }
-#endif
-    output += kBlock;
+  for (std::vector<int16_t>& line : lines_) {
+    line.resize(blocks_.size() * kBlock + PixelKernels::kSlack);
   }
 }
 
 void BilinearResizer::Apply(const ImageBuffer& input, ImageBuffer* output) {
-  GW_CHECK(output->stride - output->width >= kBlock - 1);
+  const PixelKernels& kernels = BestPixelKernels();
   int have[2] = {-1, -1};  // input rows in lines_
   const auto fetch = [&](int row, int slot) {
     if (have[slot] == row) return;
-    InterpolateRow(input.row(std::min(row, input.height - 1)), lines_[slot].data());
+    kernels.interpolate_row(input.row(std::min(row, input.height - 1)), blocks_.data(),
+                            static_cast<int>(blocks_.size()), lines_[slot].data());
     have[slot] = row;
   };
-  constexpr int kShift = 12;  // both weights together
-  const size_t n = lines_[0].size();
   for (int y = 0; y < output->height; ++y) {
     const Row& row = rows_[static_cast<size_t>(y)];
     if (have[1] == row.upper) {
@@ -128,14 +100,9 @@ void BilinearResizer::Apply(const ImageBuffer& input, ImageBuffer* output) {
     }
     fetch(row.upper, 0);
     fetch(row.upper + 1, 1);
-    const int16_t* upper = lines_[0].data();
-    const int16_t* lower = lines_[1].data();
-    uint8_t* out = output->row(y);
-    const int a = row.upper_weight;
-    const int b = row.lower_weight;
-    for (size_t x = 0; x < n; ++x) {
-      out[x] = static_cast<uint8_t>((upper[x] * a + lower[x] * b + (1 << (kShift - 1))) >> kShift);
-    }
+    // What is written beyond the row is mended by the next one.
+    kernels.blend_rows(lines_[0].data(), lines_[1].data(), row.upper_weight, row.lower_weight,
+                       output->width, output->row(y));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "frontend/core/features/image_buffer.h"
+#include "frontend/core/features/pixel_kernels.h"
 
 namespace gw::frontend {
 
@@ -25,23 +26,16 @@ class BilinearResizer {
   // Precondition: output <= input <= 2 * output on both axes, all > 0.
   BilinearResizer(int input_width, int input_height, int output_width, int output_height);
 
-  // Preconditions: the sizes given to the constructor, and output->stride - output->width >= 8.
+  // Precondition: the sizes given to the constructor.
   void Apply(const ImageBuffer& input, ImageBuffer* output);
 
  private:
-  // Eight neighbouring output pixels.
-  struct Block {
-    int first;           // input column of the block's left-most tap
-    uint8_t taps[16];    // per output pixel: left and right tap, relative to `first`
-    int8_t weights[16];  // of the taps; the two sum to 64
-  };
   struct Row {
     int upper;
     int16_t upper_weight, lower_weight;  // sum to 64
   };
-  void InterpolateRow(const uint8_t* input, int16_t* output) const;
 
-  std::vector<Block> blocks_;
+  std::vector<ResizeBlock> blocks_;
   std::vector<Row> rows_;
   std::vector<int16_t> lines_[2];  // rows of the input, interpolated horizontally, times 64
 };

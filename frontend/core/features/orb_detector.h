@@ -47,10 +47,9 @@ class OrbDetector {
   void Detect(const ImageBuffer& level, std::vector<Corner>* corners);
 
  private:
-  void ScoreRow(const ImageBuffer& level, int y, uint8_t* scores) const;
-
   int threshold_, threshold_low_, border_;
   std::vector<uint8_t> scores_;  // of three rows, in turn
+  std::vector<int16_t> peaks_;   // of one row
   std::vector<int> count_;       // strong corners per cell
 };
 

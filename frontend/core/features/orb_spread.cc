@@ -13,6 +13,25 @@ bool Stronger(const Corner& a, const Corner& b) {
 
 }  // namespace
 
+// Without branches, of which no processor foretells one that asks on which side a corner lies.
+std::array<int, 5> OrbSpread::SplitInFour(int begin, int end, int xm, int ym,
+                                          std::vector<Corner>* corners) {
+  Corner* const first = corners->data() + begin;
+  const auto n = static_cast<size_t>(end - begin);
+  const auto quarter_of = [=](const Corner& c) {
+    return static_cast<size_t>(c.y >= ym) * 2 + static_cast<size_t>(c.x >= xm);
+  };
+  std::array<int, 4> count{};
+  for (size_t i = 0; i < n; ++i) ++count[quarter_of(first[i])];
+  std::array<int, 5> parts{begin, 0, 0, 0, 0};
+  for (size_t q = 0; q < 4; ++q) parts[q + 1] = parts[q] + count[q];
+  std::array<int, 4> next;
+  for (size_t q = 0; q < 4; ++q) next[q] = parts[q] - begin;
+  split_.assign(first, first + n);
+  for (const Corner& c : split_) first[next[quarter_of(c)]++] = c;
+  return parts;
+}
+
 void OrbSpread::Select(int width, int height, int wanted, std::vector<Corner>* corners,
                        std::vector<Corner>* selected) {
   selected->clear();
@@ -51,18 +70,11 @@ void OrbSpread::Select(int width, int height, int wanted, std::vector<Corner>* c
       grew = true;
       const int xm = (node.x0 + node.x1) / 2;
       const int ym = (node.y0 + node.y1) / 2;
-      const auto split = [&](int from, int to, auto is_first) {
-        return static_cast<int>(std::partition(begin + from, begin + to, is_first) - begin);
-      };
-      const auto above = [ym](const Corner& c) { return c.y < ym; };
-      const auto left = [xm](const Corner& c) { return c.x < xm; };
-      const int middle = split(node.begin, node.end, above);
-      const int upper = split(node.begin, middle, left);
-      const int lower = split(middle, node.end, left);
-      const Node children[] = {{node.x0, node.y0, xm, ym, node.begin, upper},
-                               {xm, node.y0, node.x1, ym, upper, middle},
-                               {node.x0, ym, xm, node.y1, middle, lower},
-                               {xm, ym, node.x1, node.y1, lower, node.end}};
+      const std::array<int, 5> parts = SplitInFour(node.begin, node.end, xm, ym, corners);
+      const Node children[] = {{node.x0, node.y0, xm, ym, parts[0], parts[1]},
+                               {xm, node.y0, node.x1, ym, parts[1], parts[2]},
+                               {node.x0, ym, xm, node.y1, parts[2], parts[3]},
+                               {xm, ym, node.x1, node.y1, parts[3], parts[4]}};
       --leaves;
       for (const Node& child : children) {
         if (child.begin == child.end) continue;

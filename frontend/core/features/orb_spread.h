@@ -2,6 +2,7 @@
 // many leaves as corners are wanted, and each leaf keeps its strongest corner.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "frontend/core/features/orb_detector.h"
@@ -20,7 +21,12 @@ class OrbSpread {
     int x0, y0, x1, y1;  // half-open box (px)
     int begin, end;      // its corners
   };
+  // Sorts the corners from begin to end by the quarters about (xm, ym): left above, right above,
+  // left below, right below. Returns where each begins, and the end.
+  std::array<int, 5> SplitInFour(int begin, int end, int xm, int ym, std::vector<Corner>* corners);
+
   std::vector<Node> nodes_, next_;
+  std::vector<Corner> split_;
   std::vector<int> order_;
 };
 

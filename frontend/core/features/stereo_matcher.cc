@@ -7,11 +7,8 @@
 #include <limits>
 #include <optional>
 
-#if defined(__SSSE3__)
-#include <immintrin.h>
-#endif
-
 #include "frontend/core/features/disparity_refiner.h"
+#include "frontend/core/features/pixel_kernels.h"
 
 namespace gw::frontend {
 namespace {
@@ -26,86 +23,8 @@ constexpr int kSampleLevels = 4;    // of the finest levels
 constexpr float kSampleReach = 8;   // px of the level
 constexpr int kUnmistakable = 50;   // of 256 bits, and 0.8 of the second best
 
-constexpr int kSide = 2 * kPatchRadius + 1;
-
-int MeanOf(int sum) {
-  return static_cast<int>(std::lround(static_cast<float>(sum) / (kSide * kSide)));
-}
-
-#if defined(__SSSE3__)
-
-// The pixels of a patch, 16 bits each: the first eight columns, and the other three with zeros.
-class Patch {
- public:
-  // Reads five pixels to the right of the patch as well.
-  Patch(const ImageBuffer& image, int x, int y) {
-    const __m128i zero = _mm_setzero_si128();
-    __m128i sums = zero;
-    for (int i = 0; i < kSide; ++i) {
-      const uint8_t* row = image.row(y + i - kPatchRadius) + x - kPatchRadius;
-      const __m128i all = _mm_loadu_si128(reinterpret_cast<const __m128i*>(row));
-      const __m128i pixels = _mm_srli_si128(_mm_slli_si128(all, 16 - kSide), 16 - kSide);
-      sums = _mm_add_epi64(sums, _mm_sad_epu8(pixels, zero));
-      first_[i] = _mm_unpacklo_epi8(pixels, zero);
-      rest_[i] = _mm_unpackhi_epi8(pixels, zero);
-    }
-    sum_ = _mm_cvtsi128_si32(_mm_add_epi64(sums, _mm_unpackhi_epi64(sums, sums)));
-  }
-
-  // Sum of absolute differences of two patches, their mean difference taken out (the eyes'
-  // exposures need not agree).
-  int DifferenceTo(const Patch& other) const {
-    const auto mean = static_cast<int16_t>(MeanOf(sum_ - other.sum_));
-    const __m128i mean_of_first = _mm_set1_epi16(mean);
-    const __m128i mean_of_rest = _mm_set_epi16(0, 0, 0, 0, 0, mean, mean, mean);
-    __m128i total = _mm_setzero_si128();  // no lane exceeds 2 * 11 * 510
-    for (int i = 0; i < kSide; ++i) {
-      const __m128i first = _mm_sub_epi16(first_[i], other.first_[i]);
-      const __m128i rest = _mm_sub_epi16(rest_[i], other.rest_[i]);
-      total = _mm_add_epi16(total, _mm_abs_epi16(_mm_sub_epi16(first, mean_of_first)));
-      total = _mm_add_epi16(total, _mm_abs_epi16(_mm_sub_epi16(rest, mean_of_rest)));
-    }
-    total = _mm_madd_epi16(total, _mm_set1_epi16(1));
-    total = _mm_add_epi32(total, _mm_shuffle_epi32(total, 0x4E));
-    return _mm_cvtsi128_si32(_mm_add_epi32(total, _mm_shuffle_epi32(total, 0xB1)));
-  }
-
- private:
-  __m128i first_[kSide], rest_[kSide];
-  int sum_ = 0;
-};
-
-#else
-
-class Patch {
- public:
-  Patch(const ImageBuffer& image, int x, int y) : image_(image), x_(x), y_(y) {}
-
-  // As above.
-  int DifferenceTo(const Patch& other) const {
-    std::array<int, kSide * kSide> difference;
-    int sum = 0;
-    size_t i = 0;
-    for (int dy = -kPatchRadius; dy <= kPatchRadius; ++dy) {
-      const uint8_t* row = image_.row(y_ + dy) + x_;
-      const uint8_t* row_other = other.image_.row(other.y_ + dy) + other.x_;
-      for (int dx = -kPatchRadius; dx <= kPatchRadius; ++dx) {
-        difference[i] = row[dx] - row_other[dx];
-        sum += difference[i++];
-      }
-    }
-    const int mean = MeanOf(sum);
-    int total = 0;
-    for (const int d : difference) total += std::abs(d - mean);
-    return total;
-  }
-
- private:
-  const ImageBuffer& image_;
-  int x_, y_;
-};
-
-#endif
+static_assert(PixelKernels::kPatchSide == 2 * kPatchRadius + 1);
+static_assert(PixelKernels::kShifts == 2 * kSearch + 1);
 
 }  // namespace
 
@@ -170,10 +89,9 @@ std::optional<float> StereoMatcher::Measure(const StereoSide& left, const OrbKey
   constexpr int kReach = kSearch + kPatchRadius;
   if (start < kReach || start + kReach >= right_image.width) return std::nullopt;
   std::array<int, 2 * kSearch + 1> cost;
-  const Patch patch(left_image, x, y);
-  for (int s = -kSearch; s <= kSearch; ++s) {
-    cost[s + kSearch] = patch.DifferenceTo(Patch(right_image, start + s, y));
-  }
+  BestPixelKernels().patch_differences(
+      left_image.row(y - kPatchRadius) + x - kPatchRadius, left_image.stride,
+      right_image.row(y - kPatchRadius) + start - kReach, right_image.stride, cost.data());
   const auto minimum = std::min_element(cost.begin(), cost.end());
   if (minimum == cost.begin() || minimum == cost.end() - 1) return std::nullopt;
   // Two lines of opposite slope through the minimum and its neighbours: the shape of a sum of

@@ -17,11 +17,11 @@ void LocalMap::AddKeyframe(const Keyframe& keyframe) {
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     const LandmarkId id = keyframe.landmarks[i];
     if (!id.valid()) continue;
-    entry.landmarks.push_back(id);
     if (id.creator() == keyframe.id) {
       const Feature& f = keyframe.features[i];
       const Eigen::Vector3d p_C = camera_.Unproject(f.u, f.v, f.depth);
       MapPoint& point = *points_.Insert(id.value).first;
+      entry.landmarks.push_back({id, &point});
       point.id = id;
       point.p_W = keyframe.T_WC * p_C;
       point.normal_W = (point.p_W - keyframe.T_WC.translation()).normalized();
@@ -30,10 +30,13 @@ void LocalMap::AddKeyframe(const Keyframe& keyframe) {
       point.min_distance = static_cast<float>(pyramid_.MinDistance(max_distance));
       point.descriptor = keyframe.descriptors[i];
       point.observers = {keyframe.id};
-    } else if (MapPoint* known = points_.Find(id.value)) {
-      std::vector<KeyframeId>& observers = known->observers;
-      if (observers.empty() || observers.back() < keyframe.id) observers.push_back(keyframe.id);
+      continue;
     }
+    MapPoint* const known = points_.Find(id.value);
+    entry.landmarks.push_back({id, known});
+    if (known == nullptr) continue;
+    std::vector<KeyframeId>& observers = known->observers;
+    if (observers.empty() || observers.back() < keyframe.id) observers.push_back(keyframe.id);
   }
 }
 
@@ -55,7 +58,7 @@ void LocalMap::Upsert(const LandmarkUpdate& update) {
   for (const KeyframeId id : observers) {
     if (std::binary_search(point.observers.begin(), point.observers.end(), id)) continue;
     const auto keyframe = keyframes_.find(id);
-    if (keyframe != keyframes_.end()) keyframe->second.landmarks.push_back(update.id);
+    if (keyframe != keyframes_.end()) keyframe->second.landmarks.push_back({update.id, &point});
   }
   point.observers = std::move(observers);
 }
@@ -72,9 +75,9 @@ void LocalMap::MovePending(const MapUpdate& update,
     if (it->second.piece != before->second.piece) continue;
     it->second.piece = anchor->second.piece;
     it->second.T_WC = T_correction * it->second.T_WC;
-    for (const LandmarkId id : it->second.landmarks) {
-      if (id.creator() != it->first) continue;
-      MapPoint* point = points_.Find(id.value);
+    for (const Seen& seen : it->second.landmarks) {
+      if (seen.id.creator() != it->first) continue;
+      MapPoint* point = Find(seen);
       if (point == nullptr) continue;
       point->p_W = T_correction * point->p_W;
       point->normal_W = T_correction.rotation() * point->normal_W;
@@ -123,8 +126,8 @@ int LocalMap::NumLandmarks(KeyframeId id) const {
   const auto keyframe = keyframes_.find(id);
   if (keyframe == keyframes_.end()) return 0;
   const auto& named = keyframe->second.landmarks;
-  return static_cast<int>(
-      std::count_if(named.begin(), named.end(), [&](LandmarkId l) { return Find(l) != nullptr; }));
+  return static_cast<int>(std::count_if(
+      named.begin(), named.end(), [&](const Seen& seen) { return Find(seen.id) != nullptr; }));
 }
 
 std::optional<SE3> LocalMap::KeyframePose(KeyframeId id) const {
@@ -172,15 +175,17 @@ void LocalMap::CollectAround(const std::vector<LandmarkId>& tracked, KeyframeId 
 
 void LocalMap::AppendLandmarksOf(KeyframeId id, std::vector<const MapPoint*>* points) {
   // Forget landmarks that are gone while we walk over them.
-  std::erase_if(keyframes_[id].landmarks, [&](LandmarkId landmark) {
-    MapPoint* point = points_.Find(landmark.value);
-    if (point == nullptr) return true;
-    if (point->visit != visit_) {
-      point->visit = visit_;
-      points->push_back(point);
-    }
-    return false;
-  });
+  std::vector<Seen>& landmarks = keyframes_[id].landmarks;
+  size_t kept = 0;
+  for (const Seen seen : landmarks) {
+    MapPoint* const point = Find(seen);
+    if (point == nullptr) continue;
+    landmarks[kept++] = {seen.id, point};
+    if (point->visit == visit_) continue;
+    point->visit = visit_;
+    points->push_back(point);
+  }
+  landmarks.resize(kept);
 }
 
 void LocalMap::CollectNear(const SE3& T_WC, int max_keyframes, std::vector<const MapPoint*>* points,

@@ -27,6 +27,11 @@ struct MapPoint {
 class LocalMap {
  public:
   LocalMap(const RectifiedCamera& camera, const Pyramid& pyramid);
+  // Its parts name each other by address.
+  LocalMap(const LocalMap&) = delete;
+  LocalMap& operator=(const LocalMap&) = delete;
+  LocalMap(LocalMap&&) = default;
+  LocalMap& operator=(LocalMap&&) = default;
 
   // Own keyframe, before the back-end has seen it. New landmarks are placed from its features'
   // depth.
@@ -70,14 +75,24 @@ class LocalMap {
                    KeyframeId* nearest);
 
  private:
+  // A landmark that a keyframe sees, or saw before it was gone.
+  struct Seen {
+    LandmarkId id;
+    MapPoint* point = nullptr;  // where it was last; another one's, or nobody's, when it is gone
+  };
   struct ReplicaKeyframe {
     SE3 T_WC;
     Utime utime;
     KeyframeId piece;
-    std::vector<LandmarkId> landmarks;  // may name landmarks that are gone
+    std::vector<Seen> landmarks;
     int votes = 0;
   };
 
+  // Without a look-up where it still is where it was. Null: it is gone.
+  MapPoint* Find(const Seen& seen) {
+    return seen.point != nullptr && seen.point->id == seen.id ? seen.point
+                                                              : points_.Find(seen.id.value);
+  }
   void Upsert(const LandmarkUpdate& update);
   void AppendLandmarksOf(KeyframeId id, std::vector<const MapPoint*>* points);
   void MovePending(const MapUpdate& update,

@@ -53,9 +53,11 @@ Matrix6d InformationOf(const RectifiedCamera& camera, const Pyramid& pyramid,
   PixelObservation pixel;
   pixel.u = expected.uv.x();
   pixel.v = expected.uv.y();
-  pixel.u_right = pixel.u - camera.bf() / expected.p_C.z();
+  pixel.disparity = camera.bf() / expected.p_C.z();
   pixel.has_depth = expected.p_C.z() < camera.depth_max_m;
   pixel.inverse_sigma = 1.0 / pyramid.Scale(expected.level);
+  pixel.inverse_sigma_disparity =
+      1.0 / DisparitySigma(camera, pyramid, expected.level, pixel.disparity);
   const auto J = PoseJacobian(ReprojectionJacobian(camera, pixel, expected.p_C), expected.p_C);
   return J.transpose() * J;
 }

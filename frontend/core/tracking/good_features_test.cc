@@ -71,8 +71,8 @@ struct Scene {
     for (size_t i = 0; i < match.size(); ++i) {
       if (match[i] < 0) continue;
       const Eigen::Vector3d& p_C = result.searched[static_cast<size_t>(match[i])].point->p_W;
-      const auto J =
-          PoseJacobian(ReprojectionJacobian(camera, PixelOf(features[i], pyramid), p_C), p_C);
+      const auto J = PoseJacobian(
+          ReprojectionJacobian(camera, PixelOf(features[i], camera, pyramid), p_C), p_C);
       H += J.transpose() * J;
     }
     return std::log(H.determinant());

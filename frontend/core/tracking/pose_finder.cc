@@ -95,7 +95,7 @@ void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>&
   for (size_t i = 0; i < a->match.size(); ++i) {
     if (a->match[i] < 0) continue;
     observations.push_back(
-        {a->candidates[a->match[i]].point->p_W, PixelOf(frame_->features[i], pyramid_)});
+        {a->candidates[a->match[i]].point->p_W, PixelOf(frame_->features[i], camera_, pyramid_)});
     feature_of.push_back(i);
   }
   a->estimate = OptimizePose(camera_, T_WC_start, observations, prior);
@@ -267,7 +267,7 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
 
 bool PoseFinder::Fits(size_t feature, const Eigen::Vector3d& p_C) const {
   return p_C.z() >= kMinProjectionDepth &&
-         FitOf(camera_, PixelOf(frame_->features[feature], pyramid_), p_C).pixel_ok();
+         FitOf(camera_, PixelOf(frame_->features[feature], camera_, pyramid_), p_C).pixel_ok();
 }
 
 FoundPose PoseFinder::FollowRest(const PosePrediction& prediction, const FoundPose& other,

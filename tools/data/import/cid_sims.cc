@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/camera/depth_sensors.h"
 #include "tools/data/files/faults.h"
 #include "tools/data/files/format.h"
 #include "tools/data/import/gyro_alignment.h"
@@ -136,6 +137,7 @@ Result<SE3> ReadCidSimsCalibration(const fs::path& file, const std::string& moun
   camera.left = {(*k)[0], (*k)[1], (*k)[2], (*k)[3], {}};
   std::copy(d->begin(), d->end(), camera.left.radtan.begin());
   camera.depth_unit_m = 1.0 / *depth_factor;
+  SetDepthSensor(kRealSenseD455, &camera);
 
   const Result<double> width = yaml.Number("cam_width");
   if (!width) return width.error();

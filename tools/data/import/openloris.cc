@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "common/camera/depth_sensors.h"
 #include "tools/data/files/faults.h"
 #include "tools/data/import/body_frame.h"
 #include "tools/data/import/encoders.h"
@@ -337,6 +338,7 @@ Result<Recording> ReadOpenLoris(const fs::path& source, const OpenLorisOptions& 
   recording.name = FolderName(source);
   recording.calibration.camera.kind = CameraKind::kRgbd;
   recording.calibration.camera.depth_unit_m = 0.001;
+  SetDepthSensor(kRealSenseD435, &recording.calibration.camera);
 
   const bool has_images = Exists(source / "color.txt");
   const bool has_imu = Exists(source / "d400_gyroscope.txt");

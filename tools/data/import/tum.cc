@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/camera/depth_sensors.h"
 #include "tools/data/files/faults.h"
 #include "tools/data/files/format.h"
 #include "tools/data/import/image_list.h"
@@ -54,6 +55,7 @@ Result<Done> SetCamera(const TumOptions& options, Recording& recording) {
   camera.kind = CameraKind::kRgbd;
   camera.T_BC = PoseOfBodyAtCamera();
   camera.depth_unit_m = options.depth_unit_m.value_or(kTumDepthUnit);
+  SetDepthSensor(kKinectOfTum, &camera);
   if (options.intrinsics) {
     camera.left = *options.intrinsics;
     recording.notes.emplace_back("camera", "intrinsics as given by the user");

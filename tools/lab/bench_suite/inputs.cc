@@ -34,27 +34,32 @@ class RecipeHash {
 };
 
 // The scenario and all files beside its map.
-Result<std::string> ScenarioRecipe(const SuiteInput& input) {
-  RecipeHash hash;
-  const auto scenario = tools::ReadTextFile(input.path);
-  if (!scenario) return scenario.error();
-  hash.Add(*scenario);
-  hash.Add(input.options);
+Result<std::vector<std::string>> ScenarioFiles(const std::string& scenario) {
+  std::vector<std::string> files = {scenario};
+  const auto text = tools::ReadTextFile(scenario);
+  if (!text) return text.error();
   try {
-    const YAML::Node map = YAML::Load(*scenario)["map"];
+    const YAML::Node map = YAML::Load(*text)["map"];
     if (map.IsDefined()) {
-      const fs::path folder = (fs::path(input.path).parent_path() / map.Scalar()).parent_path();
-      std::vector<std::string> files;
+      const fs::path folder = (fs::path(scenario).parent_path() / map.Scalar()).parent_path();
       for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
-      std::sort(files.begin(), files.end());
-      for (const std::string& file : files) {
-        const auto text = tools::ReadTextFile(file);
-        if (!text) return text.error();
-        hash.Add(*text);
-      }
+      std::sort(files.begin() + 1, files.end());
     }
   } catch (const std::exception& e) {  // of YAML or the file system; gw-sim would say the same
-    return Error{ErrorCode::kBadConfig, input.path + ": " + e.what()};
+    return Error{ErrorCode::kBadConfig, scenario + ": " + e.what()};
+  }
+  return files;
+}
+
+Result<std::string> ScenarioRecipe(const SuiteInput& input) {
+  const auto files = ScenarioFiles(input.path);
+  if (!files) return files.error();
+  RecipeHash hash;
+  for (const std::string& file : *files) {
+    const auto text = tools::ReadTextFile(file);
+    if (!text) return text.error();
+    hash.Add(*text);
+    if (file == input.path) hash.Add(input.options);
   }
   return hash.text();
 }
@@ -117,32 +122,112 @@ Result<Done> ApplyFaults(const SuiteInput& input, const std::string& cache, std:
   return Done{};
 }
 
+// The robot YAML with the input's settings, as a file of its own.
+Result<Done> ApplySettings(const SuiteInput& input, const std::string& cache, std::string* config) {
+  RecipeHash hash;
+  const auto text = tools::ReadTextFile(*config);
+  if (!text) return text.error();
+  hash.Add(*text);
+  try {
+    YAML::Node root = YAML::Load(*text);
+    for (const auto& [key, value] : input.set) {
+      hash.Add(key);
+      hash.Add(value);
+      YAML::Node node = root;
+      size_t begin = 0;
+      for (size_t dot = key.find('.'); dot != std::string::npos; dot = key.find('.', begin)) {
+        node.reset(node[key.substr(begin, dot - begin)]);
+        begin = dot + 1;
+      }
+      node[key.substr(begin)] = value;
+    }
+    YAML::Emitter yaml;
+    yaml << root << YAML::Newline;
+    *config = cache + "/" + input.name + "-" + hash.text() + ".yaml";
+    return tools::WriteTextFile(*config, yaml.c_str());
+  } catch (const YAML::Exception& e) {
+    return Error{ErrorCode::kBadConfig, *config + ": " + e.what()};
+  }
+}
+
+std::string NoteOf(const std::string& name, const std::string& out) {
+  return out + "/inputs/" + name + ".yaml";
+}
+
+Result<Done> WriteNote(const PreparedInput& input, const std::string& out) {
+  YAML::Emitter yaml;
+  yaml << YAML::BeginMap << YAML::Key << "log" << YAML::Value << input.log << YAML::Key
+       << "log_hash" << YAML::Value << input.log_hash << YAML::Key << "config" << YAML::Value
+       << input.config << YAML::Key << "config_hash" << YAML::Value << input.config_hash
+       << YAML::EndMap << YAML::Newline;
+  const std::string path = NoteOf(input.name, out);
+  const auto there = tools::ReadTextFile(path);
+  if (there && *there == yaml.c_str()) return Done{};
+  std::error_code error;
+  fs::create_directories(out + "/inputs", error);
+  return tools::WriteTextFile(path, yaml.c_str());
+}
+
 }  // namespace
 
-Result<PreparedInput> PrepareInput(const SuiteInput& input, const std::string& cache) {
-  PreparedInput out;
-  out.name = input.name;
+std::vector<std::string> SourcesOf(const SuiteInput& input) {
+  switch (input.source) {
+    case Source::kLog:
+      return {input.path, input.config};
+    case Source::kImport:
+      return {input.path};
+    case Source::kScenario:
+      break;
+  }
+  const auto files = ScenarioFiles(input.path);
+  return files ? *files : std::vector<std::string>{input.path};
+}
+
+Result<PreparedInput> PrepareInput(const SuiteInput& input, const std::string& cache,
+                                   const std::string& out) {
+  PreparedInput prepared;
+  prepared.name = input.name;
   if (input.source == Source::kLog) {
-    out.log = input.path;
-    out.config = input.config;
+    prepared.log = fs::absolute(input.path);
+    prepared.config = fs::absolute(input.config);
   } else {
-    const auto made = MakeLog(input, cache, &out.log, &out.config);
+    const auto made = MakeLog(input, fs::absolute(cache), &prepared.log, &prepared.config);
     if (!made) return made.error();
   }
   if (!input.fault.empty()) {
-    const auto edited = ApplyFaults(input, cache, &out.log);
+    const auto edited = ApplyFaults(input, fs::absolute(cache), &prepared.log);
     if (!edited) return edited.error();
   }
-  const auto log_hash = tools::HashFile(out.log);
+  if (!input.set.empty()) {
+    const auto set = ApplySettings(input, fs::absolute(cache), &prepared.config);
+    if (!set) return set.error();
+  }
+  const auto log_hash = tools::HashFile(prepared.log);
   if (!log_hash) return log_hash.error();
-  out.log_hash = tools::HashText(*log_hash);
-  const auto config_hash = tools::HashFile(out.config);
+  prepared.log_hash = tools::HashText(*log_hash);
+  const auto config_hash = tools::HashFile(prepared.config);
   if (!config_hash) return config_hash.error();
-  out.config_hash = tools::HashText(*config_hash);
-  auto truth = eval::ReadGroundTruthLog(out.log);
-  if (!truth) return truth.error();
-  out.truth = *std::move(truth);
-  return out;
+  prepared.config_hash = tools::HashText(*config_hash);
+  const auto noted = WriteNote(prepared, out);
+  if (!noted) return noted.error();
+  return prepared;
+}
+
+Result<PreparedInput> ReadPreparedInput(const std::string& name, const std::string& out) {
+  const std::string path = NoteOf(name, out);
+  const auto text = tools::ReadTextFile(path);
+  if (!text) {
+    return Error{text.error().code,
+                 name + " is not prepared (gw-bench prepare): " + text.error().message};
+  }
+  try {
+    const YAML::Node note = YAML::Load(*text);
+    const auto field = [&](const char* key) { return note[key].as<std::string>(); };
+    return PreparedInput{name, field("log"), field("config"), field("log_hash"),
+                         field("config_hash")};
+  } catch (const YAML::Exception& e) {
+    return Error{ErrorCode::kBadData, path + ": " + e.what()};
+  }
 }
 
 }  // namespace gw::bench

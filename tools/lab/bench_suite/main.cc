@@ -1,15 +1,19 @@
 // gw-bench: every input x every variant x every run of a suite, and the tables that come of it.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <regex>
+#include <optional>
 #include <string>
 
 #include "common/core/exit_code.h"
-#include "common/core/format.h"
 #include "common/core/version.h"
 #include "tools/data/files/text_file.h"
+#include "tools/lab/bench_suite/find.h"
+#include "tools/lab/bench_suite/other_methods.h"
+#include "tools/lab/bench_suite/programs.h"
 #include "tools/lab/bench_suite/report.h"
+#include "tools/lab/bench_suite/workflow.h"
 
 namespace gw::bench {
 namespace {
@@ -17,11 +21,12 @@ namespace {
 struct Arguments {
   std::string suite;
   std::string out;
+  std::string workflow;
   std::string cache;
   std::string data;
   std::string filter;
   int runs = 0;  // 0: as the suite says
-  int jobs = 1;
+  Cell cell;     // of prepare (its input) and run-job
 };
 
 Result<Done> MakeFolder(const std::string& folder) {
@@ -31,80 +36,106 @@ Result<Done> MakeFolder(const std::string& folder) {
   return Done{};
 }
 
-// Leaves the cells whose "INPUT VARIANT" matches.
-Result<std::vector<std::pair<const SuiteInput*, std::string>>> Select(const Suite& suite,
-                                                                      const std::string& filter) {
-  std::vector<std::pair<const SuiteInput*, std::string>> out;
-  try {
-    const std::regex pattern(filter);
-    for (const SuiteInput& input : suite.inputs) {
-      for (const std::string& variant : suite.variants) {
-        if (std::regex_search(input.name + " " + variant, pattern))
-          out.emplace_back(&input, variant);
-      }
-    }
-  } catch (const std::regex_error& e) {
-    return Error{ErrorCode::kInvalidArgument, "--filter " + filter + ": " + e.what()};
-  }
-  if (out.empty()) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "--filter " + filter + ": matches no \"INPUT VARIANT\" of the suite"};
-  }
-  return out;
-}
-
-Result<std::vector<CellResult>> RunAll(const Arguments& args, const Suite& suite) {
-  const auto selected = Select(suite, args.filter);
-  if (!selected) return selected.error();
-  std::vector<PreparedInput> inputs;
-  inputs.reserve(suite.inputs.size());  // the cells point into it
-  std::vector<Cell> cells;
-  for (const auto& [input, variant] : *selected) {
-    if (inputs.empty() || inputs.back().name != input->name) {
-      auto prepared = PrepareInput(*input, args.cache);
-      if (!prepared) {
-        return Error{prepared.error().code, input->name + ": " + prepared.error().message};
-      }
-      inputs.push_back(*std::move(prepared));
-    }
-    for (int seed = 0; seed < suite.runs; ++seed) cells.push_back({&inputs.back(), variant, seed});
-  }
-  size_t done = 0;
-  const auto finished = [&](const CellResult& r, bool was_there) {
-    std::string numbers = r.failure;
-    if (r.measures) {
-      const auto& ape = r.measures->ape_live_m;
-      numbers = "APE " + (ape ? FormatFixed(*ape, 4) + " m" : "-") + ", lost " +
-                std::to_string(r.measures->lost) + ", blind " + std::to_string(r.measures->blind);
-    }
-    std::fprintf(stderr, "gw-bench: %zu/%zu %s %s seed %d%s: %s\n", ++done, cells.size(),
-                 r.input.c_str(), r.variant.c_str(), r.seed, was_there ? " (was there)" : "",
-                 numbers.c_str());
-  };
-  return RunCells(cells, {args.out, args.jobs, suite.alignment}, finished);
-}
-
-Result<Done> Run(Arguments args) {
+Result<Suite> LoadSuiteAsAsked(const Arguments& args) {
   auto suite = LoadSuite(args.suite, args.data);
-  if (!suite) return suite.error();
+  if (!suite) return suite;
   if (args.runs > 0) suite->runs = args.runs;
-  for (const SuiteInput& input : suite->inputs) {
-    if (input.source == Source::kImport && !std::filesystem::is_directory(input.path)) {
-      return Error{ErrorCode::kNotFound, input.name + ": no recording " + input.path +
-                                             "; --data names the folder that holds it"};
+  if (!suite->cid_sims.wanted) return suite;
+  std::vector<std::string> left_out;
+  const auto found = FindCidSims(suite->cid_sims, args.data, &suite->inputs, &left_out);
+  if (!found) return found.error();
+  for (const std::string& name : left_out) {
+    std::fprintf(stderr, "gw-bench: %s: has no wheels, left out\n", name.c_str());
+  }
+  return suite;
+}
+
+const SuiteInput* FindInput(const Suite& suite, const std::string& name) {
+  for (const SuiteInput& input : suite.inputs) {
+    if (input.name == name) return &input;
+  }
+  return nullptr;
+}
+
+Result<PreparedInput> Prepare(const Arguments& args, const SuiteInput& input) {
+  if (input.source == Source::kImport && !std::filesystem::is_directory(input.path)) {
+    return Error{ErrorCode::kNotFound, input.name + ": no recording " + input.path +
+                                           "; --data names the folder that holds it"};
+  }
+  auto prepared = PrepareInput(input, args.cache, args.out);
+  if (!prepared) return Error{prepared.error().code, input.name + ": " + prepared.error().message};
+  return prepared;
+}
+
+Result<Done> PrepareOne(const Arguments& args) {
+  const auto suite = LoadSuiteAsAsked(args);
+  if (!suite) return suite.error();
+  const SuiteInput* const input = FindInput(*suite, args.cell.input);
+  if (input == nullptr) {
+    return Error{ErrorCode::kInvalidArgument, "--input " + args.cell.input + ": not in the suite"};
+  }
+  const auto prepared = Prepare(args, *input);
+  return prepared ? Result<Done>(Done{}) : Result<Done>(prepared.error());
+}
+
+Result<Done> RunJob(const Arguments& args) {
+  const auto suite = LoadSuiteAsAsked(args);
+  if (!suite) return suite.error();
+  const auto& variants = suite->variants;
+  if (FindInput(*suite, args.cell.input) == nullptr ||
+      std::find(variants.begin(), variants.end(), args.cell.variant) == variants.end()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 args.cell.input + " " + args.cell.variant + ": not in the suite"};
+  }
+  const auto input = ReadPreparedInput(args.cell.input, args.out);
+  if (!input) return input.error();
+  const auto slam = FindSlam(args.out);
+  if (!slam) return slam.error();
+  const auto was_there = RunCell(args.cell, *input, *slam, args.out);
+  return was_there ? Result<Done>(Done{}) : Result<Done>(was_there.error());
+}
+
+Result<std::vector<CellResult>> ReadAll(const Arguments& args, const Suite& suite,
+                                        const std::vector<Cell>& cells) {
+  const auto slam = FindSlam(args.out);
+  if (!slam) return slam.error();
+  std::vector<CellResult> results;
+  std::string of;  // the input that these two are of
+  PreparedInput prepared;
+  InputTruth truth;
+  for (const Cell& cell : cells) {
+    const eval::Alignment alignment = FindInput(suite, cell.input)->alignment;
+    if (of != cell.input) {
+      auto input = ReadPreparedInput(cell.input, args.out);
+      if (!input) return input.error();
+      auto read = ReadInputTruth(input->log);
+      if (!read) return read.error();
+      prepared = *std::move(input);
+      truth = *std::move(read);
+      of = cell.input;
+      for (const OtherMethod& method : suite.methods) {
+        auto others = ScoreOther(method, suite.runs, prepared, truth, alignment);
+        if (!others) return others.error();
+        results.insert(results.end(), others->begin(), others->end());
+      }
     }
+    results.push_back(ReadCell(cell, prepared, truth.T_GB, alignment, *slam, args.out));
   }
-  if (args.cache.empty()) args.cache = args.out + "/cache";
-  for (const std::string& folder : {args.out, args.cache}) {
-    const auto made = MakeFolder(folder);
-    if (!made) return made.error();
-  }
-  auto results = RunAll(args, *suite);
+  return results;
+}
+
+Result<Done> Collect(const Arguments& args) {
+  auto suite = LoadSuiteAsAsked(args);
+  if (!suite) return suite.error();
+  const auto cells = SelectCells(*suite, args.filter);
+  if (!cells) return cells.error();
+  auto results = ReadAll(args, *suite, *cells);
   if (!results) return results.error();
-  const BenchReport report{*std::move(suite), args.jobs, *std::move(results)};
+  const BenchReport report{*std::move(suite), *std::move(results)};
   const std::string table = RenderMarkdown(report);
   const std::pair<const char*, std::string> files[] = {{"table.md", table},
                                                        {"table.csv", RenderCsv(report)},
+                                                       {"timing.csv", RenderTimingCsv(report)},
                                                        {"ranking.svg", RenderRankingPlot(report)},
                                                        {"inputs.svg", RenderInputsPlot(report)}};
   for (const auto& [name, text] : files) {
@@ -113,41 +144,142 @@ Result<Done> Run(Arguments args) {
   }
   std::fputs(table.c_str(), stdout);
   for (const CellResult& r : report.results) {
-    if (!r.measures) {
-      return Error{ErrorCode::kBadData, "some runs of gw-slam failed, see the end of the table"};
+    if (!r.measures && !r.external) {
+      return Error{ErrorCode::kBadData, "some runs have no result, see the end of the table"};
     }
   }
   return Done{};
+}
+
+// All inputs and cells, one after the other: for machines without Snakemake and for short suites.
+Result<Done> RunAll(const Arguments& args) {
+  const auto suite = LoadSuiteAsAsked(args);
+  if (!suite) return suite.error();
+  const auto cells = SelectCells(*suite, args.filter);
+  if (!cells) return cells.error();
+  const auto kept = KeepSlam(args.out);
+  if (!kept) return kept.error();
+  const auto slam = FindSlam(args.out);
+  if (!slam) return slam.error();
+  std::optional<PreparedInput> input;
+  size_t done = 0;
+  for (const Cell& cell : *cells) {
+    if (!input || input->name != cell.input) {
+      auto prepared = Prepare(args, *FindInput(*suite, cell.input));
+      if (!prepared) return prepared.error();
+      input = *std::move(prepared);
+    }
+    const auto was_there = RunCell(cell, *input, *slam, args.out);
+    std::fprintf(stderr, "gw-bench: %zu/%zu %s %s seed %d%s\n", ++done, cells->size(),
+                 cell.input.c_str(), cell.variant.c_str(), cell.seed,
+                 !was_there   ? (": " + was_there.error().message).c_str()
+                 : *was_there ? " (was there)"
+                              : "");
+  }
+  return Collect(args);
+}
+
+Result<Done> WriteWorkflow(const Arguments& args) {
+  const auto suite = LoadSuiteAsAsked(args);
+  if (!suite) return suite.error();
+  auto cells = SelectCells(*suite, args.filter);
+  if (!cells) return cells.error();
+  const auto kept = KeepSlam(args.out);
+  if (!kept) return kept.error();
+  const auto program = SiblingProgram("gw-bench");
+  if (!program) return program.error();
+  const auto absolute = [](const std::string& path) {
+    return std::filesystem::absolute(path).lexically_normal().string();
+  };
+  Workflow workflow{*program, absolute(args.suite), absolute(args.out),
+                    {},       suite->inputs,        *std::move(cells)};
+  workflow.arguments = {"--cache", absolute(args.cache)};
+  if (!args.data.empty()) {
+    workflow.arguments.insert(workflow.arguments.end(), {"--data", absolute(args.data)});
+  }
+  if (args.runs > 0) {
+    workflow.arguments.insert(workflow.arguments.end(), {"--runs", std::to_string(args.runs)});
+  }
+  if (!args.filter.empty()) {
+    workflow.arguments.insert(workflow.arguments.end(), {"--filter", args.filter});
+  }
+  const auto slurm = MakeFolder(args.out + "/slurm");
+  if (!slurm) return slurm.error();
+  for (const auto& [name, text] : RenderWorkflow(workflow)) {
+    const auto written = tools::WriteTextFile(args.out + "/" + name, text);
+    if (!written) return written.error();
+  }
+  std::printf("%s/Snakefile: %zu runs; its head says how to start it\n", workflow.out.c_str(),
+              workflow.cells.size());
+  return Done{};
+}
+
+using Command = Result<Done> (*)(const Arguments&);
+
+Result<Done> RunCommand(Arguments args, Command command) {
+  if (!args.workflow.empty()) args.out = args.workflow;
+  if (args.cache.empty()) args.cache = args.out + "/cache";
+  for (const std::string& folder : {args.out, args.cache}) {
+    const auto made = MakeFolder(folder);
+    if (!made) return made.error();
+  }
+  return command(args);
+}
+
+// What the program and each of its jobs take. The option --out.
+CLI::Option* AddOptions(CLI::App* app, Arguments* args) {
+  app->add_option("suite", args->suite, "suite file (YAML, config/suites)");
+  app->add_option("--runs", args->runs, "runs per input and variant, in place of the suite's")
+      ->check(CLI::Range(1, 100));
+  app->add_option("--filter", args->filter,
+                  "regular expression: only where it matches \"INPUT VARIANT\"");
+  app->add_option("--cache", args->cache, "folder for rendered and imported logs (OUT/cache)");
+  app->add_option("--data", args->data, "folder that holds the suite's recordings");
+  return app->add_option("--out", args->out, "folder for tables, plots and runs");
 }
 
 }  // namespace
 }  // namespace gw::bench
 
 int main(int argc, char** argv) {
-  gw::bench::Arguments args;
+  using gw::bench::Arguments;
+  Arguments args;
   CLI::App app(
       "Runs gw-slam on every input of a suite with every variant, several times with perturbed "
-      "starts,\nand writes table.md, table.csv, ranking.svg and inputs.svg. Cells that are "
-      "finished "
-      "are not run\nagain while gw-slam, log and configuration stay the same.\n"
+      "starts,\nand writes table.md, table.csv, timing.csv, ranking.svg and inputs.svg. Runs that "
+      "are finished are\nnot repeated while gw-slam, log and configuration stay the same. With "
+      "--workflow a suite becomes jobs\nfor Snakemake (this machine, Slurm) and GNU parallel.\n"
       "Exit: 0 ok, 1 failed, 2 usage, 78 bad suite or scenario.");
   app.set_version_flag("--version", gw::Version());
-  app.add_option("suite", args.suite, "suite file (YAML, config/suites)")->required();
-  app.add_option("--out", args.out, "folder for tables, plots and runs")->required();
-  app.add_option("--runs", args.runs, "runs per input and variant, in place of the suite's")
-      ->check(CLI::Range(1, 100));
-  app.add_option("--jobs", args.jobs, "runs at the same time (1); more disturb the timings")
-      ->check(CLI::Range(1, 64));
-  app.add_option("--filter", args.filter,
-                 "regular expression: only where it matches \"INPUT VARIANT\"");
-  app.add_option("--cache", args.cache, "folder for rendered and imported logs (OUT/cache)");
-  app.add_option("--data", args.data, "folder that holds the suite's recordings");
+  app.require_subcommand(0, 1);
+  CLI::Option* const out = gw::bench::AddOptions(&app, &args);
+  app.add_option("--workflow", args.workflow,
+                 "folder for all that, and for the workflow, which is written and not started")
+      ->excludes(out);
+  CLI::App* const prepare = app.add_subcommand("prepare", "one job: makes the log of an input");
+  CLI::App* const run =
+      app.add_subcommand("run-job", "one job: runs gw-slam once on an input that is prepared");
+  CLI::App* const collect =
+      app.add_subcommand("collect", "one job: tables and plots of what has been run");
+  for (CLI::App* const sub : {prepare, run, collect}) gw::bench::AddOptions(sub, &args);
+  for (CLI::App* const sub : {prepare, run}) {
+    sub->add_option("--input", args.cell.input, "its name in the suite")->required();
+  }
+  run->add_option("--variant", args.cell.variant, "as the suite names it")->required();
+  run->add_option("--seed", args.cell.seed, "which perturbed start, from 0")->required();
   try {
     app.parse(argc, argv);
+    if (args.suite.empty()) throw CLI::RequiredError("suite");
+    if (args.out.empty() && args.workflow.empty()) throw CLI::RequiredError("--out or --workflow");
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? gw::kExitOk : gw::kExitUsage;
   }
-  const auto done = gw::bench::Run(args);
+  gw::bench::Command command = gw::bench::RunAll;
+  if (!args.workflow.empty()) command = gw::bench::WriteWorkflow;
+  if (prepare->parsed()) command = gw::bench::PrepareOne;
+  if (run->parsed()) command = gw::bench::RunJob;
+  if (collect->parsed()) command = gw::bench::Collect;
+  const auto done = gw::bench::RunCommand(args, command);
   if (done) return gw::kExitOk;
   std::fprintf(stderr, "gw-bench: %s\n", done.error().message.c_str());
   return gw::ExitCodeFor(done.error());

@@ -36,8 +36,7 @@ int RunProgram(const std::string& arguments) {
 TEST(GwBench, RunsASuiteAndDoesNotRepeatWhatIsFinished) {
   std::filesystem::remove_all(Folder());
   std::filesystem::create_directories(Folder());
-  const std::string smoke =
-      GW_SOURCE_DIR "/config/suites/smoke.yaml --out " + Folder() + "/out --jobs 2";
+  const std::string smoke = GW_SOURCE_DIR "/config/suites/smoke.yaml --out " + Folder() + "/out";
   ASSERT_EQ(RunProgram(smoke), kExitOk) << Read("said");
   const std::string table = Read("out/table.md");
   EXPECT_THAT(table, HasSubstr("| full | 1 / 1 | 0."));
@@ -57,8 +56,26 @@ TEST(GwBench, RunsASuiteAndDoesNotRepeatWhatIsFinished) {
 
   std::filesystem::remove(Folder() + "/out/cells/office/full/seed-0/key");
   ASSERT_EQ(RunProgram(smoke + " --filter full"), kExitOk) << Read("said");
-  EXPECT_THAT(Read("said"), HasSubstr("office full seed 0: APE"));
+  EXPECT_THAT(Read("said"), HasSubstr("office full seed 0\n"));
   EXPECT_THAT(Read("said"), Not(HasSubstr("none")));
+
+  // A table of what is there so far says what is missing.
+  std::filesystem::remove(Folder() + "/out/cells/office/full/seed-1/key");
+  EXPECT_EQ(RunProgram("collect " + smoke), kExitFailed);
+  EXPECT_THAT(Read("out/table.md"), HasSubstr("office, full, seed 1: not finished"));
+}
+
+// Sequences of the kind of CID-SIMS, with the literature beside them.
+TEST(GwBench, RunsThePapersProtocol) {
+  std::filesystem::create_directories(Folder());
+  const std::string suite =
+      GW_SOURCE_DIR "/config/suites/cid_like_short.yaml --out " + Folder() + "/cid";
+  ASSERT_EQ(RunProgram(suite), kExitOk) << Read("said");
+  const std::string table = Read("cid/table.md");
+  EXPECT_THAT(table, HasSubstr("| full | 3 / 3 | 0.0"));
+  EXPECT_THAT(table, HasSubstr("| paper:full | 3 / 3 | 0.0"));
+  EXPECT_THAT(table, HasSubstr("| GFGG* | 80 % | - |"));
+  EXPECT_THAT(Read("cid/ranking.svg"), HasSubstr("GFGG*"));
 }
 
 TEST(GwBench, ExitCodesTellUsageFromBadSuites) {
@@ -73,6 +90,11 @@ TEST(GwBench, ExitCodesTellUsageFromBadSuites) {
   const std::string smoke = GW_SOURCE_DIR "/config/suites/smoke.yaml" + out;
   EXPECT_EQ(RunProgram(smoke + " --filter nothing"), kExitUsage);
   EXPECT_EQ(RunProgram(smoke + " --filter '('"), kExitUsage);
+  EXPECT_EQ(RunProgram("run-job " + smoke + " --input office --variant best --seed 0"), kExitUsage);
+  EXPECT_EQ(RunProgram("run-job " + smoke + " --input office --variant full --seed 0"),
+            kExitFailed);
+  EXPECT_THAT(Read("said"), HasSubstr("office is not prepared"));
+  EXPECT_EQ(RunProgram("prepare " + smoke + " --input nowhere"), kExitUsage);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ void Count(const std::string& variant, bool failed, std::optional<double> ape_m,
            std::vector<Ranked>* ranked) {
   auto it = std::find_if(ranked->begin(), ranked->end(),
                          [&](const Ranked& r) { return r.variant == variant; });
-  if (it == ranked->end()) it = ranked->insert(it, {variant, 0, 0, std::nullopt});
+  if (it == ranked->end()) it = ranked->insert(it, {variant, 0, 0, std::nullopt, std::nullopt});
   ++it->total;
   if (failed) return;
   ++it->finished;
@@ -86,7 +86,8 @@ std::vector<Sequence> Sequences(const std::vector<CellResult>& results) {
   return out;
 }
 
-std::vector<Ranked> Rank(const std::vector<Sequence>& sequences) {
+std::vector<Ranked> Rank(const std::vector<Sequence>& sequences,
+                         const std::vector<PublishedRow>& published) {
   std::vector<Ranked> out;
   std::set<std::string> dr_counted;
   for (const Sequence& sequence : sequences) {
@@ -97,11 +98,13 @@ std::vector<Ranked> Rank(const std::vector<Sequence>& sequences) {
   }
   for (Ranked& ranked : out) {
     if (ranked.mean_ape_m) *ranked.mean_ape_m /= ranked.finished;
+    ranked.completeness = static_cast<double>(ranked.finished) / ranked.total;
+  }
+  for (const PublishedRow& row : published) {
+    out.push_back({row.name + "*", 0, 0, row.ape_m, row.completeness});
   }
   std::stable_sort(out.begin(), out.end(), [](const Ranked& a, const Ranked& b) {
-    // Shares of possibly different totals, compared without dividing.
-    const int64_t share_a = int64_t{a.finished} * b.total;
-    const int64_t share_b = int64_t{b.finished} * a.total;
+    const double share_a = a.completeness.value_or(-1), share_b = b.completeness.value_or(-1);
     if (share_a != share_b) return share_a > share_b;
     return a.mean_ape_m.value_or(kMaxApe) < b.mean_ape_m.value_or(kMaxApe);
   });

@@ -37,10 +37,11 @@ struct Sequence {
 struct Ranked {
   std::string variant;
   int finished = 0;
-  int total = 0;
-  std::optional<double> mean_ape_m;  // of the means of the finished sequences
+  int total = 0;                       // 0: a row of the literature
+  std::optional<double> mean_ape_m;    // of the means of the finished sequences
+  std::optional<double> completeness;  // 0 to 1; empty: not published
 
-  bool complete() const { return finished == total; }
+  bool complete() const { return completeness.value_or(1) >= 1; }
 };
 
 // Dead reckoning alone as if it were a variant, for comparison.
@@ -49,7 +50,9 @@ inline constexpr char kDrAlone[] = "DR alone";
 // In the order of the results. They must outlive the sequences.
 std::vector<Sequence> Sequences(const std::vector<CellResult>& results);
 
-// Best first, with dead reckoning alone among them where the logs have any.
-std::vector<Ranked> Rank(const std::vector<Sequence>& sequences);
+// Best first, with dead reckoning alone among them where the logs have any, and rows of the
+// literature, starred; those without a completeness come last.
+std::vector<Ranked> Rank(const std::vector<Sequence>& sequences,
+                         const std::vector<PublishedRow>& published);
 
 }  // namespace gw::bench

@@ -62,7 +62,7 @@ TEST(Protocol, CompletenessCountsBeforeAccuracy) {
   const std::vector<CellResult> results = {
       OneRun("a", "none", 0, 0.01), OneRun("a", "da", 0, 0.3), OneRun("a", "full", 0, 0.2),
       OneRun("b", "none", 0, 20),   OneRun("b", "da", 0, 0.3), OneRun("b", "full", 0, 0.2)};
-  const auto ranked = Rank(Sequences(results));
+  const auto ranked = Rank(Sequences(results), {});
   ASSERT_EQ(ranked.size(), 4u);
   EXPECT_EQ(ranked[0].variant, "full");
   EXPECT_EQ(ranked[1].variant, "da");
@@ -76,10 +76,31 @@ TEST(Protocol, CompletenessCountsBeforeAccuracy) {
 
 TEST(Protocol, AMethodThatFinishesNothingHasNoError) {
   const std::vector<CellResult> results = {Crash("a", "none")};
-  const auto ranked = Rank(Sequences(results));
+  const auto ranked = Rank(Sequences(results), {});
   ASSERT_EQ(ranked.size(), 1u);
   EXPECT_EQ(ranked[0].finished, 0);
   EXPECT_FALSE(ranked[0].mean_ape_m);
+}
+
+TEST(Protocol, PublishedRowsAreRankedAndStarred) {
+  const std::vector<CellResult> results = {OneRun("a", "full", 0, 0.3)};
+  const std::vector<PublishedRow> published = {{"P", std::nullopt, 0.01, "p (2024)"},
+                                               {"Q", 1.0, 0.2, "q (2025)"},
+                                               {"R", 0.8, std::nullopt, "q (2025)"}};
+  const auto ranked = Rank(Sequences(results), published);
+  std::vector<std::string> order;
+  for (const Ranked& r : ranked) order.push_back(r.variant);
+  EXPECT_THAT(order, testing::ElementsAre("Q*", "full", kDrAlone, "R*", "P*"));
+  BenchReport report;
+  report.suite.name = "with literature";
+  report.suite.published = published;
+  report.results = results;
+  const std::string table = RenderMarkdown(report);
+  for (const char* text : {"| Q* | 100 % | 0.20 |", "| R* | 80 % | - |", "| P* | - | 0.01 |",
+                           "* p (2024): P\n", "* q (2025): Q, R\n", "not run here"}) {
+    EXPECT_THAT(table, HasSubstr(text));
+  }
+  EXPECT_THAT(RenderRankingPlot(report), HasSubstr("R*"));
 }
 
 TEST(BenchReport, SaysWhereTheNumbersComeFromAndWhatFailed) {
@@ -106,7 +127,7 @@ TEST(BenchReport, SaysWhereTheNumbersComeFromAndWhatFailed) {
     begin = end + 1;
   }
   const std::string plot = RenderRankingPlot(report);
-  for (const char* text : {">0.250 (50 %)<", "cfg_full", "a.lcm", "0.1.0"}) {
+  for (const char* text : {">50 %<", ">0.250<", "cfg_full", "a.lcm", "0.1.0"}) {
     EXPECT_THAT(plot, HasSubstr(text));
   }
   EXPECT_THAT(plot, Not(HasSubstr("nan")));

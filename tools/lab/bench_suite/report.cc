@@ -21,6 +21,16 @@ std::string Fixed(const std::optional<double>& value, int decimals) {
   return value ? FormatFixed(*value, decimals) : "-";
 }
 
+// What this project is about, as against baselines, other systems and the literature.
+bool IsOurs(const std::string& variant) {
+  return variant == "da" || variant == "pe" || variant == "lba" || variant == "full";
+}
+
+// Grey: nothing that was computed from images here.
+std::string ColorOf(const Ranked& r) {
+  return r.variant == kDrAlone || r.total == 0 ? kFailedColor : "";
+}
+
 std::string Percent(double share) {
   return FormatFixed(100 * share, 0) + " %";
 }
@@ -33,12 +43,6 @@ std::string Row(const std::vector<std::string>& cells) {
 
 std::string TableHead(const std::vector<std::string>& cells) {
   return Row(cells) + Row(std::vector<std::string>(cells.size(), "---"));
-}
-
-std::string RankingNote(const Ranked& r) {
-  const std::string completeness =
-      Percent(static_cast<double>(r.finished) / static_cast<double>(r.total));
-  return Fixed(r.mean_ape_m, 3) + (r.complete() ? "" : " (" + completeness + ")");
 }
 
 // "0.016 (0.015 - 0.018)", or why not.
@@ -96,6 +100,16 @@ std::string Seeds(const BenchReport& report) {
   return report.suite.runs == 1 ? "0" : "0 - " + std::to_string(report.suite.runs - 1);
 }
 
+// Inputs that are aligned in another way than the suite.
+std::string Exceptions(const Suite& suite) {
+  std::string out;
+  for (const SuiteInput& input : suite.inputs) {
+    if (input.alignment == suite.alignment) continue;
+    out += (out.empty() ? " (" : ", ") + input.name + " " + eval::AlignmentName(input.alignment);
+  }
+  return out.empty() ? "" : out + ")";
+}
+
 // "name: a, b," and so on, in lines of bounded length.
 void AppendWrapped(const std::string& name, const std::vector<std::string>& items,
                    std::vector<std::string>* lines) {
@@ -129,11 +143,23 @@ std::vector<std::string> PlotFooter(const BenchReport& report) {
   return out;
 }
 
-std::string RankingTable(const std::vector<Sequence>& sequences) {
+std::string RankingTable(const BenchReport& report, const std::vector<Sequence>& sequences) {
   std::string out = TableHead({"variant", "completeness", "mean APE RMSE of the finished, m"});
-  for (const Ranked& r : Rank(sequences)) {
-    out += Row({r.variant, std::to_string(r.finished) + " / " + std::to_string(r.total),
-                Fixed(r.mean_ape_m, 4)});
+  for (const Ranked& r : Rank(sequences, report.suite.published)) {
+    std::string completeness = std::to_string(r.finished) + " / " + std::to_string(r.total);
+    if (r.total == 0) completeness = r.completeness ? Percent(*r.completeness) : "-";
+    out += Row({r.variant, completeness, Fixed(r.mean_ape_m, r.total == 0 ? 2 : 4)});
+  }
+  std::set<std::string> sources;
+  for (const PublishedRow& row : report.suite.published) sources.insert(row.source);
+  if (sources.empty()) return out;
+  out += "\n\\* published, on the recordings of the data set, not run here:\n\n";
+  for (const std::string& source : sources) {
+    std::string names;
+    for (const PublishedRow& row : report.suite.published) {
+      if (row.source == source) names += (names.empty() ? "" : ", ") + row.name;
+    }
+    out += "* " + source + ": " + names + "\n";
   }
   return out;
 }
@@ -158,10 +184,9 @@ std::string InputTable(const BenchReport& report, const std::vector<Sequence>& s
 }
 
 std::string DetailTable(const std::vector<Sequence>& sequences) {
-  std::string out =
-      TableHead({"input", "variant", "images", "lost", "blind", "APE live", "APE final",
-                 "RPE 1 s, m", "RPE 1 s, deg", "jump, m", "recovery jump, m", "NEES healthy",
-                 "NEES blind", "ms median", "ms p99"});
+  std::string out = TableHead({"input", "variant", "images", "lost", "blind", "APE live",
+                               "APE final", "RPE 1 s, m", "RPE 1 s, deg", "jump, m",
+                               "recovery jump, m", "NEES healthy", "NEES blind"});
   using M = measure::Measures;
   for (const Sequence& s : sequences) {
     const auto mean = [&](auto field, int decimals) {
@@ -173,8 +198,7 @@ std::string DetailTable(const std::vector<Sequence>& sequences) {
                 Fixed(s.Max([](const M& m) { return std::optional(m.jumps.worst_m); }), 3),
                 Fixed(s.Max([](const M& m) { return std::optional(m.jumps.worst_recovery_m); }), 3),
                 NeesCell(s.Sum(&measure::Consistency::healthy)),
-                NeesCell(s.Sum(&measure::Consistency::blind)), mean(&M::ms_median, 1),
-                mean(&M::ms_p99, 1)});
+                NeesCell(s.Sum(&measure::Consistency::blind))});
   }
   return out;
 }
@@ -206,7 +230,7 @@ std::string Failures(const BenchReport& report) {
     out += "* " + r.input + ", " + r.variant + ", seed " + std::to_string(r.seed) + ": " +
            r.failure + "\n";
   }
-  return out.empty() ? "" : "\n## gw-slam failed\n\n" + out;
+  return out.empty() ? "" : "\n## Runs without a result\n\n" + out;
 }
 
 }  // namespace
@@ -215,11 +239,11 @@ std::string RenderMarkdown(const BenchReport& report) {
   const std::vector<Sequence> sequences = Sequences(report.results);
   return "# Benchmark " + report.suite.name + "\n\ngw-slam " + Versions(report) + ", gw-bench " +
          Version() + "; seeds " + Seeds(report) + " (seed N starts 3 N images later); alignment " +
-         eval::AlignmentName(report.suite.alignment) + "; " + std::to_string(report.jobs) +
-         " at a time.\n\n## Ranking\n\n"
+         eval::AlignmentName(report.suite.alignment) + Exceptions(report.suite) +
+         ".\n\n## Ranking\n\n"
          "Failed: any run with an APE RMSE above 10 m or less than half of the images "
          "tracked.\n\n" +
-         RankingTable(sequences) +
+         RankingTable(report, sequences) +
          "\n## APE RMSE by input, m\n\n"
          "Of all poses as they were published, lost ones included: mean (min - max) of the "
          "runs.\n\n" +
@@ -227,8 +251,7 @@ std::string RenderMarkdown(const BenchReport& report) {
          "\n## All numbers\n\n"
          "Means of the runs; jumps: the worst. lost: images for which the system claims no pose; "
          "blind: on dead\nreckoning alone. jump: motion between two images beyond that of dead "
-         "reckoning. NEES: share of 1 s windows inside\nthe 95 % band. ms: front-end, per image; "
-         "compare within one table only.\n\n" +
+         "reckoning. NEES: share of 1 s windows inside\nthe 95 % band.\n\n" +
          DetailTable(sequences) + "\n## Where the numbers come from\n\n" + OriginTable(report) +
          Failures(report);
 }
@@ -238,8 +261,7 @@ std::string RenderCsv(const BenchReport& report) {
       "input,variant,seed,log,log_hash,config_hash,version,dr_synthetic,failed,images,lost,blind,"
       "ape_live_m,ape_final_m,ape_dr_m,rpe_m,rpe_deg,jump_m,recovery_jump_m,"
       "nees_healthy_windows,nees_healthy_inside,nees_healthy_above,nees_healthy_undefined,"
-      "nees_blind_windows,nees_blind_inside,nees_blind_above,nees_blind_undefined,"
-      "ms_median,ms_p99\n";
+      "nees_blind_windows,nees_blind_inside,nees_blind_above,nees_blind_undefined\n";
   for (const CellResult& r : report.results) {
     out += r.input + "," + r.variant + "," + std::to_string(r.seed) + "," + r.log + "," +
            r.log_hash + "," + r.origin.config_hash + "," + r.origin.version + "," +
@@ -257,28 +279,49 @@ std::string RenderCsv(const BenchReport& report) {
         out += "," + std::to_string(v);
       }
     }
-    number(m.ms_median);
-    number(m.ms_p99);
     out += "\n";
   }
   return out;
 }
 
+std::string RenderTimingCsv(const BenchReport& report) {
+  std::string out = "input,variant,seed,ms_median,ms_p99\n";
+  for (const CellResult& r : report.results) {
+    if (!r.measures || !r.measures->ms_median || !r.measures->ms_p99) continue;
+    out += r.input + "," + r.variant + "," + std::to_string(r.seed) + "," +
+           FormatFixed(*r.measures->ms_median, 3) + "," + FormatFixed(*r.measures->ms_p99, 3) +
+           "\n";
+  }
+  return out;
+}
+
 std::string RenderRankingPlot(const BenchReport& report) {
-  plot::BarPanel panel;
-  panel.x_label =
-      "mean APE RMSE over the finished inputs, m (hatched: not all finished, share in "
-      "parentheses)";
-  for (const Ranked& r : Rank(Sequences(report.results))) {
-    const bool dr = r.variant == kDrAlone;
-    panel.bars.push_back({r.variant, r.mean_ape_m, RankingNote(r), !r.complete(),
-                          r.variant == "full", dr ? kFailedColor : ""});
+  plot::BarPanel completeness, ape;
+  completeness.title = "completeness";
+  completeness.x_label = "% of the inputs (hatched: not all)";
+  completeness.x_max = 100;
+  ape.title = "accuracy";
+  ape.x_label = "mean APE RMSE over the finished inputs, m";
+  for (const Ranked& r : Rank(Sequences(report.results), report.suite.published)) {
+    plot::Bar bar{r.variant, std::nullopt, "-", !r.complete(), IsOurs(r.variant), ColorOf(r)};
+    ape.bars.push_back(bar);
+    ape.bars.back().value = r.mean_ape_m;
+    ape.bars.back().note = Fixed(r.mean_ape_m, r.total == 0 ? 2 : 3);
+    if (r.completeness) {
+      bar.value = 100 * *r.completeness;
+      bar.note = Percent(*r.completeness);
+    }
+    completeness.bars.push_back(bar);
   }
   plot::BarFigure figure;
-  figure.title = report.suite.name + ": accuracy and completeness";
-  figure.panel_width = 760;
-  figure.panels = {panel};
+  figure.title = report.suite.name + ": completeness and accuracy";
+  figure.columns = 2;
+  figure.panel_width = 480;
+  figure.panels = {completeness, ape};
   figure.footer = PlotFooter(report);
+  if (!report.suite.published.empty()) {
+    figure.footer.emplace_back("* published, on the recordings of the data set, not run here");
+  }
   return plot::RenderBars(figure);
 }
 
@@ -299,7 +342,7 @@ std::string RenderInputsPlot(const BenchReport& report) {
       if (!s.failed()) finished_max = std::max(finished_max, ape.value_or(0));
       const std::string failed = s.failed() ? " failed" : "";
       panel.bars.push_back(
-          {s.variant, ape, Fixed(ape, 3) + failed, s.failed(), s.variant == "full", ""});
+          {s.variant, ape, Fixed(ape, 3) + failed, s.failed(), IsOurs(s.variant), ""});
       if (!panel.marker) panel.marker = s.Mean([](const auto& m) { return m.ape_dr_m; });
     }
     panel.marker_label = kDrAlone;

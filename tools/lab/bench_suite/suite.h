@@ -1,7 +1,9 @@
 // A suite: which inputs gw-bench runs, with which variants, how often.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/core/result.h"
@@ -23,6 +25,30 @@ struct SuiteInput {
   std::string format;                // kImport: tum, euroc, ...
   std::vector<std::string> options;  // further arguments of gw-sim or gw-import
   std::vector<std::string> fault;    // arguments of gw-fault; empty: the log stays as it is
+  // Keys of the robot YAML ("frontend.matching") and what they are set to; others stay.
+  std::vector<std::pair<std::string, std::string>> set;
+  eval::Alignment alignment = eval::Alignment::kSe3;  // the suite's, unless the input has its own
+};
+
+// Sequences of CID-SIMS that are looked for in the folder of recordings (find.h).
+struct CidSimsSearch {
+  bool wanted = false;
+  std::vector<std::string> low;  // sequences with the low mounting of the camera; others: high
+};
+
+// Another system, which comes with its trajectories.
+struct OtherMethod {
+  std::string name;
+  std::string pattern;   // path of a TUM file, with {sequence}, and {run} where there are several
+  bool of_body = false;  // poses of the body; otherwise of the camera's optical frame
+};
+
+// A row of the literature: what somebody measured on the real data.
+struct PublishedRow {
+  std::string name;
+  std::optional<double> completeness;  // 0 to 1
+  std::optional<double> ape_m;
+  std::string source;  // where it stands, with its date
 };
 
 struct Suite {
@@ -31,10 +57,14 @@ struct Suite {
   eval::Alignment alignment = eval::Alignment::kSe3;
   std::vector<std::string> variants;
   std::vector<SuiteInput> inputs;
+  CidSimsSearch cid_sims;
+  std::vector<OtherMethod> methods;
+  std::vector<PublishedRow> published;
 };
 
-// Paths of logs and scenarios are relative to the suite file, recordings to `data`. Error:
-// kNotFound; kBadConfig with a line for each mistake.
+// Paths of logs, scenarios, other systems' trajectories and published rows are relative to the
+// suite file, recordings to `data`; all are absolute afterwards. Error: kNotFound; kBadConfig with
+// a line for each mistake.
 Result<Suite> LoadSuite(const std::string& path, const std::string& data);
 
 }  // namespace gw::bench

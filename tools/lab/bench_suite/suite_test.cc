@@ -72,6 +72,36 @@ TEST(Suite, ReadsAllKindsOfInputs) {
   EXPECT_THAT(suite->inputs[2].fault, ElementsAre("--black", "1:2"));
 }
 
+TEST(Suite, ReadsSettingsOtherMethodsAndPublishedRows) {
+  ASSERT_TRUE(tools::WriteTextFile(testing::TempDir() + "rows.yaml",
+                                   "- {name: X, completeness_percent: 80, source: s, date: 2025}\n")
+                  .ok());
+  const auto suite = Load(
+      "name: s\nvariants: [none]\npublished: rows.yaml\n"
+      "methods: {orb: 'o/{sequence}.tum', vins: {path: '/v/{sequence}_{run}.tum', frame: body}}\n"
+      "inputs:\n- {name: a, log: l.lcm, config: r.yaml, align: none, set: {frontend.matching: "
+      "good}}\n");
+  ASSERT_TRUE(suite.ok()) << suite.error().message;
+  ASSERT_EQ(suite->methods.size(), 2u);
+  EXPECT_EQ(suite->methods[0].pattern, testing::TempDir() + "o/{sequence}.tum");
+  EXPECT_FALSE(suite->methods[0].of_body);
+  EXPECT_TRUE(suite->methods[1].of_body);
+  ASSERT_EQ(suite->published.size(), 1u);
+  EXPECT_DOUBLE_EQ(*suite->published[0].completeness, 0.8);
+  EXPECT_EQ(suite->published[0].source, "s (2025)");
+  EXPECT_EQ(suite->inputs[0].alignment, eval::Alignment::kNone);
+  EXPECT_THAT(suite->inputs[0].set, ElementsAre(testing::Pair("frontend.matching", "good")));
+
+  ASSERT_TRUE(tools::WriteTextFile(testing::TempDir() + "rows.yaml", "- {name: X}\n").ok());
+  const auto bad =
+      Load("name: s\nvariants: [none]\npublished: rows.yaml\ninputs:\n- {name: a, scenario: s}\n");
+  ASSERT_FALSE(bad.ok());
+  EXPECT_THAT(bad.error().message, HasSubstr("rows.yaml:1: [0].source: missing"));
+  const auto method =
+      Load("name: s\nvariants: [none]\nmethods: {orb: o.tum}\ninputs:\n- {name: a, scenario: s}\n");
+  EXPECT_THAT(method.error().message, HasSubstr("needs a path with {sequence}"));
+}
+
 TEST(Suite, AllMistakesAreReportedWithTheirLines) {
   const auto suite = Load(
       "name: s\nruns: 0\nvariants: [none, best, none]\ncolour: red\ninputs:\n"

@@ -10,6 +10,7 @@
 #include "tools/data/files/text_file.h"
 #include "tools/data/log/span.h"
 #include "tools/lab/eval/report.h"
+#include "tools/lab/eval/smooth_command.h"
 
 namespace gw::eval {
 namespace {
@@ -110,9 +111,11 @@ int main(int argc, char** argv) {
       "Both must be of the same body; scale is never estimated.\n"
       "Exit: 0 ok, 1 files not usable or nothing to compare, 2 usage.");
   app.set_version_flag("--version", gw::Version());
-  app.add_option("--ref", args.ref, "reference: TUM file, or LCM log (.lcm) with ground truth")
-      ->required();
-  app.add_option("--est", args.est, "estimate: TUM file")->required();
+  app.require_subcommand(0, 1);
+  gw::eval::SmoothArguments smooth_args;
+  const CLI::App* const smooth = gw::eval::AddSmoothCommand(&app, &smooth_args);
+  app.add_option("--ref", args.ref, "reference: TUM file, or LCM log (.lcm) with ground truth");
+  app.add_option("--est", args.est, "estimate: TUM file");
   app.add_option("--align", args.options.alignment,
                  "how the frames are brought together: se3 (default), yaw (turn about z and "
                  "shift) or none")
@@ -149,13 +152,17 @@ int main(int argc, char** argv) {
   app.add_option("--plot", args.plot, "draw both trajectories and the errors into this SVG");
   try {
     app.parse(argc, argv);
+    if (!smooth->parsed()) {
+      if (args.ref.empty()) throw CLI::RequiredError("--ref");
+      if (args.est.empty()) throw CLI::RequiredError("--est");
+    }
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? gw::kExitOk : gw::kExitUsage;
   }
   args.options.max_gap = gw::DurationFromSeconds(args.max_gap_s);
   args.options.max_diff = gw::DurationFromSeconds(args.max_diff_s);
   args.options.rpe_delta = gw::DurationFromSeconds(args.rpe_delta_s);
-  const auto done = gw::eval::Run(args);
+  const auto done = smooth->parsed() ? gw::eval::RunSmooth(smooth_args) : gw::eval::Run(args);
   if (done) return gw::kExitOk;
   std::fprintf(stderr, "%s\n", done.error().message.c_str());
   return gw::ExitCodeFor(done.error());

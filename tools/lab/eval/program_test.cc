@@ -75,6 +75,25 @@ TEST(GwEval, SpanIsAlignedOnItsOwn) {
   EXPECT_EQ(RunProgram(files + " --span 30:20"), kExitUsage);
 }
 
+TEST(GwEval, SmoothsAndSaysHowWellSamplesAreForetold) {
+  std::string line;
+  for (int i = 0; i < 20; ++i) {
+    line += std::to_string(0.1 * i) + " " + std::to_string(0.05 * i) + " 0 0 0 0 0 1\n";
+  }
+  const std::string in = Write("line.tum", line);
+  const std::string out = TempFile("smooth.tum");
+  ASSERT_EQ(RunProgram("smooth " + in + " --out " + out + " --rate 30"), kExitOk)
+      << Read(TempFile("output"));
+  EXPECT_THAT(Read(TempFile("output")), HasSubstr("<- used"));
+  EXPECT_THAT(Read(out), HasSubstr("\n1.000000 0.500000000 "));
+  ASSERT_EQ(RunProgram("--align none --ref " + in + " --est " + out), kExitOk);
+  EXPECT_THAT(Read(TempFile("output")), HasSubstr("APE translation (m)            0.0000"));
+  EXPECT_EQ(RunProgram("smooth " + in), kExitUsage);
+  EXPECT_EQ(RunProgram("smooth " + in + " --out " + out + " --gyro log.lcm"), kExitUsage);
+  EXPECT_EQ(RunProgram("smooth " + Write("ref.tum", kTriangle) + " --out " + out), kExitFailed);
+  EXPECT_THAT(Read(TempFile("output")), HasSubstr("too few"));
+}
+
 TEST(GwEval, ExitCodesTellUsageFromData) {
   const std::string ref = Write("ref.tum", kTriangle);
   const std::string bad = Write("bad.tum", "1 0 0 0 0 0 0 1\n1.5 1 0 zero 0 0 0 1\n");

@@ -138,6 +138,12 @@ void ReadCamera(const YAML::Node& node, YamlReport* report, Scenario* s) {
   map.Number("electrons_per_grey", &s->imager.electrons_per_grey, 1, 1000);
   map.Number("disparity_sigma_px", &s->depth.disparity_sigma_px, 0, 5);
   map.Number("disparity_step_px", &s->depth.disparity_step_px, 1e-4, 2);
+  std::vector<double> position;
+  map.Numbers("position_m", &position, 3);
+  if (position.size() == 3) s->camera_position = {position[0], position[1], position[2]};
+  double up_deg = 0;
+  map.Number("up_deg", &up_deg, -45, 45);
+  s->camera_up_rad = up_deg * 3.141592653589793 / 180;
   map.Finish();
 }
 

@@ -74,6 +74,10 @@ struct Scenario {
   CameraMode camera = CameraMode::kStereo;
   Pinhole pinhole;
   double camera_rate_hz = 30;
+  // Where the robot's configuration says that the camera is: of its left eye in the body frame, m,
+  // and how far its axis looks up, rad. As in config/robots/turtlebot2_d435i.yaml.
+  Eigen::Vector3d camera_position = {0.1, 0.0175, 0.25};
+  double camera_up_rad = 0;
   ImagerConfig imager;
   DepthConfig depth;
   ImuConfig imu;

@@ -48,14 +48,17 @@ RobotConfig MakeRobotConfig(const Scenario& s) {
   camera.depth_min_m = s.depth.min_m;
   camera.depth_max_m = 6.0;
   camera.depth_baseline_m = s.depth.baseline_m;
-  // As in config/robots/turtlebot2_d435i.yaml.
-  const Eigen::Quaterniond q_BC(0.5, -0.5, 0.5, -0.5);
-  camera.T_BC = SE3(q_BC, {0.1, 0.0175, 0.25});
+  camera.disparity_sigma_px = s.depth.disparity_sigma_px;
+  const Eigen::Quaterniond up(Eigen::AngleAxisd(-s.camera_up_rad, Eigen::Vector3d::UnitY()));
+  const Eigen::Quaterniond q_BC = up * Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5);
+  camera.T_BC = SE3(q_BC, s.camera_position);
   ImuCalibration& imu = c.calibration.imu;
   imu.present = true;
   imu.has_accel = true;
   imu.rate_hz = s.imu.rate_hz;
-  imu.T_BI = SE3(q_BC, {0.1117, 0.023, 0.2449});
+  // In the camera's housing, as in config/robots/turtlebot2_d435i.yaml.
+  const Eigen::Vector3d from_eye(0.1117 - 0.1, 0.023 - 0.0175, 0.2449 - 0.25);
+  imu.T_BI = SE3(q_BC, s.camera_position + up * from_eye);
   imu.gyro_noise = s.imu.gyro_noise;
   imu.gyro_walk = s.imu.gyro_walk;
   imu.accel_noise = s.imu.accel_noise;

@@ -129,8 +129,8 @@ void Map::ClearFor(const MapUpdate& snapshot) {
 
 bool Map::TakePose(const KeyframeUpdate& update) {
   MapKeyframe* keyframe = MutableKeyframe(update.id);
-  if (keyframe == nullptr || update.utime != keyframe->frame.utime || !update.T_WC.IsFinite() ||
-      !IsInReach(update.T_WC.translation())) {
+  if (keyframe == nullptr || update.piece > update.id || update.utime != keyframe->frame.utime ||
+      !update.T_WC.IsFinite() || !IsInReach(update.T_WC.translation())) {
     return false;
   }
   keyframe->frame.T_WC = update.T_WC;

@@ -693,7 +693,9 @@ TEST(Tracker, CarriedToUnmappedGroundItMapsOnInAPieceOfItsOwn) {
     state.seq = i + 1;
     state.T_OB = T_OB;
     EXPECT_TRUE(tracker.Push(state));
-    if (i == kJoined) EXPECT_TRUE(tracker.Push(Joined(piece, T_WO, camera)));
+    if (i == kJoined) {
+      EXPECT_TRUE(tracker.Push(Joined(piece, T_WO, camera)));
+    }
     const TrackerOutput out = tracker.Track({i * kFrameUs}, i + 1, world.See(T_WB, i, false));
     const double claimed_m = std::sqrt(out.pose.cov_T_WB.diagonal().head<3>().maxCoeff());
     if (i >= kCarried && i < kJoined) {
@@ -711,7 +713,7 @@ TEST(Tracker, CarriedToUnmappedGroundItMapsOnInAPieceOfItsOwn) {
       EXPECT_LT((out.pose.T_WB.translation() - T_WB.translation()).norm(), 0.1) << i;
       EXPECT_LT(claimed_m, 0.2) << i;
       EXPECT_EQ(out.pose.status == TrackingStatus::kRecovering, i == kJoined) << i;
-      if (out.keyframe) EXPECT_FALSE(out.keyframe->piece.valid());
+      EXPECT_FALSE(out.keyframe && out.keyframe->piece.valid()) << i;
     }
   }
   ASSERT_GT(piece.size(), 2u);

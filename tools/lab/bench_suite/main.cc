@@ -7,9 +7,11 @@
 #include <string>
 
 #include "common/core/exit_code.h"
+#include "common/core/hash.h"
 #include "common/core/version.h"
 #include "tools/data/files/text_file.h"
 #include "tools/lab/bench_suite/find.h"
+#include "tools/lab/bench_suite/lidar_truth.h"
 #include "tools/lab/bench_suite/other_methods.h"
 #include "tools/lab/bench_suite/programs.h"
 #include "tools/lab/bench_suite/report.h"
@@ -112,6 +114,11 @@ Result<std::vector<CellResult>> ReadAll(const Arguments& args, const Suite& suit
       if (!read) return read.error();
       prepared = *std::move(input);
       truth = *std::move(read);
+      if (suite.lidar_truth.rate_hz > 0) {
+        auto lidar = AsOfLidar(truth.T_GB, suite.lidar_truth, Fnv1a(cell.input));
+        if (!lidar) return lidar.error();
+        truth.T_GB = *std::move(lidar);
+      }
       of = cell.input;
       for (const OtherMethod& method : suite.methods) {
         auto others = ScoreOther(method, suite.runs, prepared, truth, alignment);

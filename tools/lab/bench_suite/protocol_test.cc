@@ -103,6 +103,16 @@ TEST(Protocol, PublishedRowsAreRankedAndStarred) {
   EXPECT_THAT(RenderRankingPlot(report), HasSubstr("R*"));
 }
 
+TEST(BenchReport, ManyVariantsStandBelowEachOther) {
+  BenchReport report;
+  report.suite.name = "many";
+  for (int i = 0; i < 13; ++i) report.results.push_back(OneRun("a", "v" + std::to_string(i), 0, i));
+  const std::string table = RenderMarkdown(report);
+  for (const char* text : {"| variant | a |\n", "| DR alone | 0.500 |\n", "| v7 | 7.000 |\n"}) {
+    EXPECT_THAT(table, HasSubstr(text));
+  }
+}
+
 TEST(BenchReport, SaysWhereTheNumbersComeFromAndWhatFailed) {
   BenchReport report;
   report.suite.name = "two";

@@ -12,6 +12,7 @@ namespace gw::bench {
 namespace {
 
 constexpr char kFailedColor[] = "#808080";
+constexpr size_t kWidestTable = 12;  // columns of variants that fit a page
 
 std::optional<double> ApeLive(const measure::Measures& m) {
   return m.ape_live_m;
@@ -110,6 +111,13 @@ std::string Exceptions(const Suite& suite) {
   return out.empty() ? "" : out + ")";
 }
 
+std::string TruthNote(const LidarTruth& lidar) {
+  if (lidar.rate_hz <= 0) return "";
+  return "; ground truth as of a laser scanner: " + FormatDouble(lidar.rate_hz) + " Hz, noise " +
+         FormatDouble(lidar.metres) + " m and " + FormatDouble(lidar.degrees) +
+         " deg per axis, smoothed";
+}
+
 // "name: a, b," and so on, in lines of bounded length.
 void AppendWrapped(const std::string& name, const std::vector<std::string>& items,
                    std::vector<std::string>* lines) {
@@ -164,22 +172,38 @@ std::string RankingTable(const BenchReport& report, const std::vector<Sequence>&
   return out;
 }
 
-std::string InputTable(const BenchReport& report, const std::vector<Sequence>& sequences) {
-  const auto variants = Unique(report.results, &CellResult::variant);
-  std::vector<std::string> head = {"input", kDrAlone};
-  head.insert(head.end(), variants.begin(), variants.end());
-  std::string out = TableHead(head);
-  for (const std::string& input : Unique(report.results, &CellResult::input)) {
-    std::optional<double> dr;
-    std::vector<std::string> cells;
-    for (const std::string& variant : variants) {
-      const Sequence* s = Find(sequences, input, variant);
-      if (s != nullptr && !dr) dr = s->Mean([](const auto& m) { return m.ape_dr_m; });
-      cells.push_back(s == nullptr ? "-" : ApeCell(*s));
-    }
-    cells.insert(cells.begin(), {input, Fixed(dr, 3)});
-    out += Row(cells);
+std::optional<double> DrAlone(const std::vector<Sequence>& sequences, const std::string& input) {
+  for (const Sequence& s : sequences) {
+    if (s.input != input) continue;
+    if (const auto dr = s.Mean([](const auto& m) { return m.ape_dr_m; })) return dr;
   }
+  return std::nullopt;
+}
+
+// The shorter list is across, so that a suite of fifty variants can be read.
+std::string InputTable(const BenchReport& report, const std::vector<Sequence>& sequences) {
+  const auto inputs = Unique(report.results, &CellResult::input);
+  const auto variants = Unique(report.results, &CellResult::variant);
+  const auto cell = [&](const std::string& input, const std::string& variant) {
+    const Sequence* const s = Find(sequences, input, variant);
+    return s == nullptr ? std::string("-") : ApeCell(*s);
+  };
+  std::vector<std::vector<std::string>> rows = {{"input", kDrAlone}};
+  rows[0].insert(rows[0].end(), variants.begin(), variants.end());
+  for (const std::string& input : inputs) {
+    rows.push_back({input, Fixed(DrAlone(sequences, input), 3)});
+    for (const std::string& variant : variants) rows.back().push_back(cell(input, variant));
+  }
+  if (variants.size() > inputs.size() && variants.size() > kWidestTable) {
+    std::vector<std::vector<std::string>> turned(rows[0].size());
+    for (const auto& row : rows) {
+      for (size_t i = 0; i < row.size(); ++i) turned[i].push_back(row[i]);
+    }
+    turned[0][0] = "variant";
+    rows = std::move(turned);
+  }
+  std::string out = TableHead(rows[0]);
+  for (size_t i = 1; i < rows.size(); ++i) out += Row(rows[i]);
   return out;
 }
 
@@ -240,6 +264,7 @@ std::string RenderMarkdown(const BenchReport& report) {
   return "# Benchmark " + report.suite.name + "\n\ngw-slam " + Versions(report) + ", gw-bench " +
          Version() + "; seeds " + Seeds(report) + " (seed N starts 3 N images later); alignment " +
          eval::AlignmentName(report.suite.alignment) + Exceptions(report.suite) +
+         TruthNote(report.suite.lidar_truth) +
          ".\n\n## Ranking\n\n"
          "Failed: any run with an APE RMSE above 10 m or less than half of the images "
          "tracked.\n\n" +

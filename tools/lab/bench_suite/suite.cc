@@ -58,6 +58,15 @@ void ReadAlignment(StrictMap* map, eval::Alignment* alignment) {
                                 {"none", eval::Alignment::kNone}});
 }
 
+// "{data}/..." and "{suite}/..." in the options of gw-sim and gw-import.
+void ReplaceFolders(const std::filesystem::path& suite_folder, const std::filesystem::path& data,
+                    std::string* option) {
+  for (const auto& [name, folder] :
+       {std::pair("{data}", data), std::pair("{suite}", suite_folder)}) {
+    if (option->starts_with(name)) option->replace(0, std::string(name).size(), folder.string());
+  }
+}
+
 void ReadInput(const YAML::Node& node, const std::string& path,
                const std::filesystem::path& suite_folder, const std::filesystem::path& data,
                eval::Alignment alignment, YamlReport* report, SuiteInput* out) {
@@ -74,6 +83,7 @@ void ReadInput(const YAML::Node& node, const std::string& path,
   map.Text("config", &out->config);
   map.Text("format", &out->format);
   out->options = ReadTexts(&map, "options", false);
+  for (std::string& option : out->options) ReplaceFolders(suite_folder, data, &option);
   out->fault = ReadTexts(&map, "fault", false);
   ReadSettings(&map, &out->set);
   ReadAlignment(&map, &out->alignment);
@@ -127,6 +137,15 @@ void ReadSearch(const YAML::Node& node, YamlReport* report, CidSimsSearch* out) 
   StrictMap map(node, "find_cid_sims", report);
   out->wanted = true;
   out->low = ReadTexts(&map, "low", true);
+  map.Finish();
+}
+
+void ReadLidarTruth(const YAML::Node& node, YamlReport* report, LidarTruth* out) {
+  if (!node.IsDefined()) return;
+  StrictMap map(node, "lidar_truth", report);
+  map.Number("rate_hz", &out->rate_hz, 1, 1000, true);
+  map.Number("metres", &out->metres, 0, 1, true);
+  map.Number("degrees", &out->degrees, 0, 30, true);
   map.Finish();
 }
 
@@ -204,6 +223,7 @@ Suite Read(const YAML::Node& root, const std::filesystem::path& suite_folder,
     report->Add(root["variants"], "variants: one stands there twice");
   }
   ReadSearch(map.Take("find_cid_sims"), report, &suite.cid_sims);
+  ReadLidarTruth(map.Take("lidar_truth"), report, &suite.lidar_truth);
   ReadMethods(map.Take("methods"), suite_folder, report, &suite.methods);
   ReadInputs(map.Take("inputs", !suite.cid_sims.wanted), suite_folder, data, suite.alignment,
              report, &suite.inputs);

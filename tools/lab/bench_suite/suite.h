@@ -20,11 +20,13 @@ enum class Source {
 struct SuiteInput {
   std::string name;  // letters, digits, _ . -
   Source source = Source::kLog;
-  std::string path;                  // of the log, the scenario or the recording
-  std::string config;                // kLog: robot YAML
-  std::string format;                // kImport: tum, euroc, ...
-  std::vector<std::string> options;  // further arguments of gw-sim or gw-import
-  std::vector<std::string> fault;    // arguments of gw-fault; empty: the log stays as it is
+  std::string path;    // of the log, the scenario or the recording
+  std::string config;  // kLog: robot YAML
+  std::string format;  // kImport: tum, euroc, ...
+  // Further arguments of gw-sim or gw-import. What begins with {data} or {suite} is in the folder
+  // of the recordings, or of the suite file.
+  std::vector<std::string> options;
+  std::vector<std::string> fault;  // arguments of gw-fault; empty: the log stays as it is
   // Keys of the robot YAML ("frontend.matching") and what they are set to; others stay.
   std::vector<std::pair<std::string, std::string>> set;
   eval::Alignment alignment = eval::Alignment::kSe3;  // the suite's, unless the input has its own
@@ -34,6 +36,14 @@ struct SuiteInput {
 struct CidSimsSearch {
   bool wanted = false;
   std::vector<std::string> low;  // sequences with the low mounting of the camera; others: high
+};
+
+// Ground truth as a robot with a laser scanner has it, in place of the simulator's: at a low rate,
+// with white noise, smoothed (tools/lab/eval/smooth.h).
+struct LidarTruth {
+  double rate_hz = 0;  // 0: the truth as the log has it
+  double metres = 0;   // sigma per axis
+  double degrees = 0;
 };
 
 // Another system, which comes with its trajectories.
@@ -58,6 +68,7 @@ struct Suite {
   std::vector<std::string> variants;
   std::vector<SuiteInput> inputs;
   CidSimsSearch cid_sims;
+  LidarTruth lidar_truth;
   std::vector<OtherMethod> methods;
   std::vector<PublishedRow> published;
 };

@@ -20,9 +20,9 @@ namespace gw::backend {
 // Empty while the map has fewer than two keyframes.
 std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& context);
 
-// Every keyframe but the first of each piece, and every landmark with two observations, for global BA; in
-// variants that have them there, DR edges as WholeMapEdgeCovariance weighs them, from the alpha
-// that local BA left. Empty with fewer than two keyframes.
+// Every keyframe but the first of each piece, and every landmark with two observations, for global
+// BA; in variants that have them there, DR edges as WholeMapEdgeCovariance weighs them, from the
+// alpha that local BA left. Empty with fewer than two keyframes.
 std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& context);
 
 }  // namespace gw::backend

@@ -43,6 +43,9 @@ struct Keyframe {
   Matrix6d cov_T_WC = Matrix6d::Zero();
   int64_t map_revision = 0;
   KeyframeId previous;            // the keyframe before in time; invalid for the first
+  // The piece of the map that it belongs to, named by the keyframe that began it; invalid: the map
+  // itself. How two pieces lie to each other is not known (docs/adr/0047-pieces-of-a-map.md).
+  KeyframeId piece;
   std::optional<DrIncrement> dr;  // body motion from `previous` to this one, where DR covers it
   double q = 0;                   // quality of the frame it was made from
   int32_t num_tracked = 0;
@@ -63,6 +66,7 @@ struct KeyframeUpdate {
   KeyframeId id;
   Utime utime;
   SE3 T_WC;
+  KeyframeId piece{};  // that it belongs to now: pieces are joined
 };
 
 // A keyframe that left the map; its pose lives on relative to one that stays.

@@ -17,7 +17,7 @@ namespace gw::backend {
 // read, but not continued: what goes on is a new generation.
 inline constexpr std::string_view kFileMagic = "GWMAPJ3\n";
 inline constexpr std::string_view kFileMagicBefore = "GWMAPJ2\n";
-inline constexpr uint32_t kRecordMagic = 0x52574721;         // "!GWR"
+inline constexpr uint32_t kRecordMagic = 0x52574721;  // "!GWR"
 inline constexpr size_t kRecordHeaderBytes = 20;
 
 enum class RecordType : uint32_t {

@@ -42,7 +42,7 @@ struct Keyframe {
   SE3 T_WC;  // as tracked, in the map of map_revision
   Matrix6d cov_T_WC = Matrix6d::Zero();
   int64_t map_revision = 0;
-  KeyframeId previous;            // the keyframe before in time; invalid for the first
+  KeyframeId previous;  // the keyframe before in time; invalid for the first
   // The piece of the map that it belongs to, named by the keyframe that began it; invalid: the map
   // itself. How two pieces lie to each other is not known (docs/adr/0047-pieces-of-a-map.md).
   KeyframeId piece;

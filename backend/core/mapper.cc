@@ -23,6 +23,12 @@ constexpr int64_t kRenewedPart = 8;  // one in so many
 // What a keyframe that old saw is known ground.
 constexpr DurationUs kLongAgo = Milliseconds(30000);
 
+// What is observed from another piece of the map belongs to that.
+bool LiesIn(const Map& map, LandmarkId id, KeyframeId piece) {
+  const std::vector<Observation>& observations = map.FindLandmark(id)->observations;
+  return observations.empty() || map.PieceOf(observations.front().keyframe) == piece;
+}
+
 bool SeesKnownGround(const Map& map, int least_shared) {
   const MapKeyframe* newest = map.FindKeyframe(map.newest_keyframe());
   if (newest == nullptr) return false;
@@ -102,6 +108,10 @@ void Mapper::TakeObservations(const Keyframe& keyframe) {
       ++counters_.landmarks_created;
     } else {
       id = map_.Resolve(named);
+      if (id.valid() && !LiesIn(map_, id, map_.PieceOf(keyframe.id))) {
+        ++counters_.observations_unknown;
+        continue;
+      }
       if (!id.valid()) {
         ++counters_.observations_unknown;
         map_.RemoveLandmark(named);  // whoever still has it learns that it is gone
@@ -156,8 +166,12 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   counters_.landmarks_merged += fused.merged;
   counters_.observations_found += fused.observations;
 
-  out.update = Commit();
-  RememberMove(out.update->revision, keyframe.id, keyframe.T_WC);
+  RememberMove(map_.revision() + 1, keyframe.id, keyframe.T_WC);
+  std::optional<PieceJoin> join;
+  if (map_.Pieces().size() > 1) {
+    join = joiner_.Consider(map_, context_, loops_.places(), keyframe.id);
+  }
+  out.update = join ? Join(*join) : Commit();
   ++counters_.keyframes_inserted;
   ++inserted_since_global_;
   out.status = InsertResult::Status::kInserted;
@@ -256,14 +270,41 @@ void Mapper::TakeOver(const LocalBaResult& result) {
   counters_.keyframes_culled += CullRedundantKeyframes(map_, context_);
 }
 
-std::optional<LoopGraphJob> Mapper::CloseLoop() {
-  const auto loop = loops_.Detect(map_, context_);
+// Moves one piece into the frame of the other, and fuses what both mapped where they meet. To be
+// committed by CommitJoin.
+LoopEvent Mapper::TakeOver(const PieceJoin& join) {
+  for (const auto& [id, in_map] : map_.keyframes()) {
+    if (in_map.frame.piece == join.from) RememberMove(map_.revision() + 1, id, in_map.frame.T_WC);
+  }
+  map_.JoinPiece(join.from, join.into, join.T_IntoFrom);
+  for (const PieceSight& sight : join.sights) {
+    std::vector<std::pair<int32_t, LandmarkId>> matches;
+    for (const auto& match : sight.matches) matches.emplace_back(match.feature, match.landmark);
+    FuseMatches(map_, context_, sight.keyframe, matches);
+    FuseGroups(map_, context_, PlaceGroup(map_, sight.keyframe), PlaceGroup(map_, sight.place));
+  }
+  ++counters_.pieces_joined;
+  const PieceSight& newest = join.sights.back();
+  return {newest.keyframe, newest.place, true, join.T_IntoFrom};
+}
+
+MapUpdate Mapper::CommitJoin(const LoopEvent& event) {
+  MapUpdate update = Commit();
+  update.loops.push_back(event);
+  poses_moved_revision_ = loop_revision_ = update.revision;
+  joined_ = true;
+  newest_at_join_ = map_.newest_keyframe();
+  return update;
+}
+
+std::optional<LoopGraphJob> Mapper::CloseLoopAt(KeyframeId keyframe) {
+  const auto loop = loops_.Detect(map_, context_, keyframe);
   if (!loop) return std::nullopt;
   return loops_.CutGraph(map_, context_, *loop);
 }
 
 std::optional<MapUpdate> Mapper::Apply(const LoopGraphResult& result) {
-  if (!result.graph.usable) return std::nullopt;
+  if (!result.graph.usable || result.newest < newest_at_join_) return std::nullopt;
   const auto kept =
       std::count(result.graph.group_kept.begin(), result.graph.group_kept.end(), uint8_t{1});
   if (!result.closed() && kept + 1 == std::ssize(result.loops)) {
@@ -290,6 +331,7 @@ std::optional<MapUpdate> Mapper::Apply(const LoopGraphResult& result) {
 }
 
 bool Mapper::GlobalBaDue() const {
+  if (joined_) return true;
   if (!context_.dr_weight.Departs(Departure::kRepeatedGlobalBa)) return false;
   const int64_t enough = std::max(kLeastRenewed, std::ssize(map_.keyframes()) / kRenewedPart);
   return inserted_since_global_ >= enough &&
@@ -298,6 +340,7 @@ bool Mapper::GlobalBaDue() const {
 
 std::optional<LocalBaJob> Mapper::BuildGlobalJob() {
   inserted_since_global_ = 0;
+  joined_ = false;
   return CutWholeMap(map_, context_);
 }
 

@@ -20,6 +20,7 @@
 #include "backend/core/map/keyframe_check.h"
 #include "backend/core/map/map.h"
 #include "backend/core/map/mapping_context.h"
+#include "backend/core/piece/piece_join.h"
 #include "common/contract/place.h"
 #include "common/core/result.h"
 
@@ -47,6 +48,7 @@ struct MapperCounters {
   int64_t global_ba_applied = 0;
   int64_t global_ba_stale = 0;  // a loop was closed meanwhile
   int64_t global_ba_failed = 0;
+  int64_t pieces_joined = 0;
 };
 
 enum class MapUse {
@@ -81,7 +83,16 @@ class Mapper {
   std::optional<MapUpdate> Apply(const LocalBaResult& result);
 
   // Empty when the newest keyframe closes no loop.
-  std::optional<LoopGraphJob> CloseLoop();
+  std::optional<LoopGraphJob> CloseLoop() { return CloseLoopAt(map_.newest_keyframe()); }
+  // The same for another keyframe, to an older one: in maps that were put together.
+  std::optional<LoopGraphJob> CloseLoopAt(KeyframeId keyframe);
+  // Pieces of the map (docs/adr/0047-pieces-of-a-map.md) are joined when a new keyframe shows, with
+  // those before it, how they lie to each other: Insert() asks, and its update tells. In maps that
+  // were put together it can be asked of other keyframes, and be told.
+  std::optional<PieceSight> SeeElsewhere(KeyframeId keyframe) const {
+    return backend::SeeElsewhere(map_, context_, loops_.places(), keyframe);
+  }
+  MapUpdate Join(const PieceJoin& join) { return CommitJoin(TakeOver(join)); }
   // Empty when the graph was not solved, or showed the loop to be wrong and changed nothing else.
   std::optional<MapUpdate> Apply(const LoopGraphResult& result);
 
@@ -111,6 +122,8 @@ class Mapper {
   Mapper(const MappingContext& context, Map map, MapUse use);
 
   SE3 CarriedPose(const Keyframe& keyframe) const;
+  LoopEvent TakeOver(const PieceJoin& join);
+  MapUpdate CommitJoin(const LoopEvent& event);
   void TakeObservations(const Keyframe& keyframe);
   void CarryAlong(const LocalBaResult& result);
   void TakeOver(const LocalBaResult& result);
@@ -120,10 +133,14 @@ class Mapper {
   Map map_;
   MapUse use_;
   LoopCloser loops_;
+  PieceJoiner joiner_;
   MapperCounters counters_;
   int64_t inserted_since_global_;     // keyframes
   int64_t poses_moved_revision_ = 0;  // the last one in which keyframes moved
-  int64_t loop_revision_ = 0;         // the last one in which a loop was closed
+  int64_t loop_revision_ = 0;         // the last one in which a loop was closed, or pieces joined
+  // Since the last global job. Loop graphs cut before hold poses of the frames before.
+  bool joined_ = false;
+  KeyframeId newest_at_join_;
 
   // Where keyframes were before they moved, newest last: a keyframe that was tracked in an older
   // map follows its predecessor's move. Bounded.

@@ -129,7 +129,7 @@ Result<Journal> Journal::Open(const std::string& directory, const JournalOptions
   loaded.sessions.push_back(session);
   out.sessions_ = loaded.sessions;
   out.generation_ = loaded.newest_generation;
-  const bool whole = loaded.generation > 0 && loaded.damage.empty();
+  const bool whole = loaded.generation > 0 && loaded.damage.empty() && !loaded.older_format;
   const auto begun = whole ? out.Continue(loaded) : out.StartAnew(loaded, session.begin);
   if (!begun) return begun.error();
   return out;

@@ -424,6 +424,27 @@ TEST_F(JournalTest, AnotherFormatVersionIsRefusedEvenIfAnOlderGenerationCouldBeR
   EXPECT_FALSE(fs::exists(File(3)));
 }
 
+TEST_F(JournalTest, TheFormatVersionBeforeIsReadAndGoesOnInANewGeneration) {
+  Recorder recorder;
+  {
+    Journal journal = Open();
+    ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+  }
+  std::vector<uint8_t> bytes = Read(1);
+  std::copy(kFileMagicBefore.begin(), kFileMagicBefore.end(), bytes.begin());
+  Write(1, bytes);
+  {
+    Journal journal = Open();
+    EXPECT_EQ(loaded_.map.Hash(), recorder.mapper.map().Hash());
+    EXPECT_EQ(journal.generation(), 2);
+    ASSERT_NO_FATAL_FAILURE(recorder.Step(journal));
+  }
+  EXPECT_EQ(Read(1), bytes);
+  EXPECT_TRUE(BeginsWith(Read(2), kFileMagic));
+  Open();
+  EXPECT_EQ(loaded_.map.Hash(), recorder.mapper.map().Hash());
+}
+
 TEST_F(JournalTest, SyncsWhenTheOldestRecordIsOldEnough) {
   Recorder recorder;
   Journal journal = Open({.sync_interval = Milliseconds(200)});

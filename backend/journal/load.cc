@@ -243,6 +243,7 @@ Result<LoadedMap> LoadMap(const std::string& directory) {
       continue;
     }
     out.generation = generation;
+    out.older_format = BeginsWith(*bytes, kFileMagicBefore);
     out.newest_generation = generations.front();
     const bool whole = out.damage.empty();
     if (!whole) out.damaged_files.push_back(path);

@@ -24,6 +24,7 @@ struct LoadedMap {
   size_t good_bytes = 0;        // of the file, up to the last good record
   size_t cut_bytes = 0;         // behind that: torn or damaged
   bool torn = false;            // the end was cut off in the middle of a record
+  bool older_format = false;    // the file is of the format version before
   // Empty, or what is wrong, in which file and where: a checksum, a gap in the revisions, an
   // update that contradicts the map, a whole generation that cannot be read.
   std::string damage;

@@ -37,18 +37,22 @@ void AppendRecord(RecordType type, std::span<const uint8_t> payload, std::vector
   out.insert(out.end(), payload.begin(), payload.end());
 }
 
+bool BeginsWith(std::span<const uint8_t> bytes, std::string_view magic) {
+  return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
+}
+
 bool IsOtherVersion(std::span<const uint8_t> bytes) {
   constexpr size_t kDigit = kFileMagic.size() - 2;
   return bytes.size() >= kFileMagic.size() &&
          std::equal(kFileMagic.begin(), kFileMagic.begin() + kDigit, bytes.begin()) &&
-         bytes[kDigit] != kFileMagic[kDigit] && bytes[kDigit] >= '0' && bytes[kDigit] <= '9' &&
-         bytes[kDigit + 1] == '\n';
+         bytes[kDigit] != kFileMagic[kDigit] && bytes[kDigit] != kFileMagicBefore[kDigit] &&
+         bytes[kDigit] >= '0' && bytes[kDigit] <= '9' && bytes[kDigit + 1] == '\n';
 }
 
 RecordReader::RecordReader(std::span<const uint8_t> bytes) : bytes_(bytes) {
-  const bool has_magic = bytes.size() >= kFileMagic.size() &&
-                         std::equal(kFileMagic.begin(), kFileMagic.end(), bytes.begin());
-  if (has_magic) good_end_ = kFileMagic.size();
+  if (BeginsWith(bytes, kFileMagic) || BeginsWith(bytes, kFileMagicBefore)) {
+    good_end_ = kFileMagic.size();
+  }
 }
 
 RecordReader::State RecordReader::Next(RecordView& record) {

@@ -13,8 +13,11 @@
 
 namespace gw::backend {
 
-inline constexpr std::string_view kFileMagic = "GWMAPJ2\n";  // the digit is the format's version
-inline constexpr uint32_t kRecordMagic = 0x52574721;         // "!GWR"
+// The digit is the format's version. Files of the one before, which knew no pieces of a map, are
+// read, but not continued: what goes on is a new generation.
+inline constexpr std::string_view kFileMagic = "GWMAPJ3\n";
+inline constexpr std::string_view kFileMagicBefore = "GWMAPJ2\n";
+inline constexpr uint32_t kRecordMagic = 0x52574721;  // "!GWR"
 inline constexpr size_t kRecordHeaderBytes = 20;
 
 enum class RecordType : uint32_t {
@@ -23,6 +26,8 @@ enum class RecordType : uint32_t {
   kCheckpoint = 3,  // uint64 little-endian: Map::Hash() of everything before; ends a checkpoint
   kSession = 4,     // Encode(MapSession): who writes from here on
 };
+
+bool BeginsWith(std::span<const uint8_t> bytes, std::string_view magic);
 
 // True when a file begins like a journal of another format version, which this program cannot read
 // and must not replace.

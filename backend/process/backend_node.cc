@@ -34,6 +34,7 @@ constexpr std::pair<const char*, int64_t MapperCounters::*> kMapperCounters[] = 
     {"global_ba.applied", &MapperCounters::global_ba_applied},
     {"global_ba.stale", &MapperCounters::global_ba_stale},
     {"global_ba.failed", &MapperCounters::global_ba_failed},
+    {"map.pieces_joined", &MapperCounters::pieces_joined},
 };
 static_assert(sizeof(MapperCounters) == sizeof(int64_t) * std::size(kMapperCounters));
 constexpr std::pair<const char*, int64_t LoopCounters::*> kLoopCounters[] = {

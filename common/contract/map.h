@@ -26,12 +26,14 @@ inline int HammingDistance(const Descriptor& a, const Descriptor& b) {
 // One feature of an image, in the rectified (undistorted) image.
 struct Feature {
   float u = 0, v = 0;  // px
-  float u_right = -1;  // px in the (virtual) right image, u - bf / depth; only with depth, may be <
-                       // 0 at the border
-  float depth = -1;    // m along z; negative = none
+  float u_right = -1;  // px in the (virtual) right image, u - bf / distance; with depth it may be
+                       // < 0 at the border
+  float depth = -1;    // m along z, within the camera's range; negative = none
   float angle = 0;     // rad, orientation of the patch
   uint8_t level = 0;   // pyramid level; its pixel sigma is scale_factor^level
   bool has_depth() const { return depth > 0; }
+  // Also beyond the range in which a depth is good enough to place a landmark.
+  bool has_disparity() const { return has_depth() || u_right >= 0; }
 };
 
 struct Keyframe {
@@ -40,7 +42,10 @@ struct Keyframe {
   SE3 T_WC;  // as tracked, in the map of map_revision
   Matrix6d cov_T_WC = Matrix6d::Zero();
   int64_t map_revision = 0;
-  KeyframeId previous;            // the keyframe before in time; invalid for the first
+  KeyframeId previous;  // the keyframe before in time; invalid for the first
+  // The piece of the map that it belongs to, named by the keyframe that began it; invalid: the map
+  // itself. How two pieces lie to each other is not known (docs/adr/0047-pieces-of-a-map.md).
+  KeyframeId piece;
   std::optional<DrIncrement> dr;  // body motion from `previous` to this one, where DR covers it
   double q = 0;                   // quality of the frame it was made from
   int32_t num_tracked = 0;
@@ -61,6 +66,7 @@ struct KeyframeUpdate {
   KeyframeId id;
   Utime utime;
   SE3 T_WC;
+  KeyframeId piece{};  // that it belongs to now: pieces are joined
 };
 
 // A keyframe that left the map; its pose lives on relative to one that stays.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 
 #include "common/core/robust_loss.h"
 
@@ -24,19 +25,34 @@ struct NormalEquations {
   double cost = 0;
 };
 
-template <typename JacobianRows, typename ResidualRows>
-void AddRows(const JacobianRows& J, const ResidualRows& r, double limit, bool robust,
-             NormalEquations* out) {
-  const double chi2 = r.squaredNorm();
-  const double weight = robust ? HuberWeight(chi2, limit) : 1.0;
-  out->cost += robust ? HuberCost(chi2, limit) : chi2;
-  for (int k = 0; k < J.rows(); ++k) {
-    for (int i = 0; i < 6; ++i) {
-      const double wj = weight * J(k, i);
-      for (int m = i; m < 6; ++m) out->H(m, i) += wj * J(k, m);
-    }
-    out->g += (weight * r[k]) * J.row(k).transpose();
+// A row of the Jacobian by the pose, of which column kZero is zero: the others in order.
+using RowOfFive = std::array<double, 5>;
+
+template <int kZero>
+void AddRow(const RowOfFive& j, double r, double weight, NormalEquations* out) {
+  const auto column = [](int k) { return k < kZero ? k : k + 1; };
+  for (int i = 0; i < 5; ++i) {
+    const double wj = weight * j[i];
+    for (int k = i; k < 5; ++k) out->H(column(k), column(i)) += wj * j[k];
+    out->g[column(i)] += (weight * r) * j[i];
   }
+}
+
+// Rows of PoseJacobian(): with J = d residual / d p_C they are [-J, J [p_C]x], and J(0, 1), J(1, 0)
+// and J(2, 1) are zero.
+RowOfFive RowU(const Eigen::Matrix3d& J, int row, const Eigen::Vector3d& p) {
+  return {-J(row, 0), -J(row, 2), J(row, 2) * -p.y(), J(row, 0) * -p.z() + J(row, 2) * p.x(),
+          J(row, 0) * p.y()};
+}
+RowOfFive RowV(const Eigen::Matrix3d& J, const Eigen::Vector3d& p) {
+  return {-J(1, 1), -J(1, 2), J(1, 1) * p.z() + J(1, 2) * -p.y(), J(1, 2) * p.x(),
+          J(1, 1) * -p.x()};
+}
+
+// What an observation weighs with this chi-square; adds its cost.
+double Weigh(double chi2, double limit, bool robust, NormalEquations* out) {
+  out->cost += robust ? HuberCost(chi2, limit) : chi2;
+  return robust ? HuberWeight(chi2, limit) : 1.0;
 }
 
 void AddPrior(const PosePrior& prior, const SE3& T_WC, NormalEquations* equations) {
@@ -69,10 +85,12 @@ class Optimizer {
         continue;
       }
       const Eigen::Vector3d r = ReprojectionResidual(camera_, pixel, p_C);
-      const auto J = PoseJacobian(ReprojectionJacobian(camera_, pixel, p_C), p_C);
-      AddRows(J.topRows<2>(), r.head<2>(), kChi2Pixel, robust, &out);
+      const Eigen::Matrix3d J = ReprojectionJacobian(camera_, pixel, p_C);
+      const double weight = Weigh(r.head<2>().squaredNorm(), kChi2Pixel, robust, &out);
+      AddRow<1>(RowU(J, 0, p_C), r[0], weight, &out);
+      AddRow<0>(RowV(J, p_C), r[1], weight, &out);
       if (pixel.has_depth && use_[i] == kPixelAndDepth) {
-        AddRows(J.bottomRows<1>(), r.tail<1>(), kChi2Depth, robust, &out);
+        AddRow<1>(RowU(J, 2, p_C), r[2], Weigh(r[2] * r[2], kChi2Depth, robust, &out), &out);
       }
     }
     out.H = out.H.selfadjointView<Eigen::Lower>();

@@ -46,10 +46,18 @@ inline double DisparitySigma(const RectifiedCamera& camera, const Pyramid& pyram
   return std::hypot(camera.disparity_sigma_px, kDepthBeside * disparity);
 }
 
-inline PixelObservation PixelOf(const Feature& f, const RectifiedCamera& camera,
-                                const Pyramid& pyramid) {
-  PixelObservation o{.u = f.u, .v = f.v, .inverse_sigma = 1.0 / pyramid.Scale(f.level)};
-  if (!f.has_depth()) return o;
+// Without depth.
+inline PixelObservation PixelOf(const Feature& f, const Pyramid& pyramid) {
+  return {.u = f.u, .v = f.v, .inverse_sigma = 1.0 / pyramid.Scale(f.level)};
+}
+
+// Of a landmark that stands at the depth z (m) before the camera. Whether its disparity counts is
+// decided by that depth, not by the one that was measured: near the end of the range only those
+// would count that came out too large.
+inline PixelObservation ObservationOf(const Feature& f, const RectifiedCamera& camera,
+                                      const Pyramid& pyramid, double z) {
+  PixelObservation o = PixelOf(f, pyramid);
+  if (!f.has_disparity() || z > camera.depth_max_m) return o;
   o.has_depth = true;
   o.disparity = static_cast<double>(f.u) - f.u_right;
   o.inverse_sigma_disparity = 1.0 / DisparitySigma(camera, pyramid, f.level, o.disparity);

@@ -40,6 +40,8 @@ class Writer {
     Big(static_cast<uint64_t>(fingerprint));
   }
   Bytes Take() && { return std::move(bytes_); }
+  // Of the type as it was before: never written.
+  static constexpr bool older() { return false; }
 
   void Time(const char*, Utime t) { Big(static_cast<uint64_t>(t.us)); }
   void Duration(const char*, int64_t us) { Big(static_cast<uint64_t>(us)); }
@@ -98,11 +100,16 @@ class Reader {
 
   // Fields alone.
   explicit Reader(ByteSpan fields) : type_(""), rest_(fields) {}
-  // A whole message. type: for error texts.
-  Reader(const char* type, int64_t fingerprint, ByteSpan message) : type_(type), rest_(message) {
-    if (static_cast<int64_t>(Big<uint64_t>()) != fingerprint)
-      Fail("fingerprint", "of another type");
+  // A whole message. type: for error texts. older: fingerprint of the type as it was before, which
+  // is understood, too; 0: none.
+  Reader(const char* type, int64_t fingerprint, ByteSpan message, int64_t older = 0)
+      : type_(type), rest_(message) {
+    const auto told = static_cast<int64_t>(Big<uint64_t>());
+    older_ = older != 0 && told == older;
+    if (told != fingerprint && !older_) Fail("fingerprint", "of another type");
   }
+  // The message is of the type as it was before.
+  bool older() const { return older_; }
 
   bool ok() const { return field_ == nullptr; }
   // After the last field: everything read, nothing left over.
@@ -201,6 +208,7 @@ class Reader {
 
   const char* type_;
   ByteSpan rest_;
+  bool older_ = false;
   const char* field_ = nullptr;
   const char* rule_ = nullptr;
 };
@@ -278,8 +286,8 @@ Bytes EncodeFields(int64_t fingerprint, const T& value) {
 }
 
 template <typename T>
-Result<T> DecodeFields(const char* type, int64_t fingerprint, ByteSpan message) {
-  Reader reader(type, fingerprint, message);
+Result<T> DecodeFields(const char* type, int64_t fingerprint, ByteSpan message, int64_t older = 0) {
+  Reader reader(type, fingerprint, message, older);
   T value;
   Fields(reader, value);
   reader.End();

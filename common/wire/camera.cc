@@ -57,6 +57,43 @@ void ReadImage(Reader& a, int32_t& kind, ImageView& image) {
   image.data = a.Raw(size).data();
 }
 
+// The pixels of the frame point into the message.
+Result<CameraFrame> ReadFrame(ByteSpan message) {
+  CameraFrame frame;
+  Reader reader("camera_t", gw_lcm::camera_t::getHash(), message);
+  FrameFields(reader, frame);
+  int32_t count = 0;
+  reader.Int32("num_images", count, 1, 3);
+  for (int32_t i = 0; i < count; ++i) {
+    int32_t kind = 0;
+    ImageView image;
+    ReadImage(reader, kind, image);
+    if (!reader.ok()) break;
+    ImageView& slot = kind == ImageType::KIND_LEFT    ? frame.left
+                      : kind == ImageType::KIND_RIGHT ? frame.right
+                                                      : frame.depth;
+    reader.Rule("images.kind", "there twice", slot.empty());
+    reader.Rule("images.pixel_format", "not that of its kind",
+                image.format ==
+                    (kind == ImageType::KIND_DEPTH ? PixelFormat::kDepth16 : PixelFormat::kGray8));
+    slot = image;
+  }
+  reader.End();
+  reader.Rule("images", "without a left one", !frame.left.empty());
+  for (const ImageView* other : {&frame.right, &frame.depth}) {
+    reader.Rule(
+        "images", "of different sizes",
+        other->empty() || (other->width == frame.left.width && other->height == frame.left.height));
+  }
+  reader.Rule("images.row_stride", "odd in a depth image", frame.depth.stride % 2 == 0);
+  if (!reader.ok()) return reader.error();
+  return frame;
+}
+
+bool IsOdd(const uint8_t* place) {
+  return reinterpret_cast<uintptr_t>(place) % 2 != 0;
+}
+
 }  // namespace
 
 Bytes Encode(const CameraFrame& frame) {
@@ -84,41 +121,25 @@ Bytes Encode(const CameraFrame& frame) {
 Result<DecodedCamera> DecodeCamera(Bytes message) {
   DecodedCamera result;
   result.storage = std::move(message);
-  CameraFrame& frame = result.frame;
-  Reader reader("camera_t", gw_lcm::camera_t::getHash(), result.storage);
-  FrameFields(reader, frame);
-  int32_t count = 0;
-  reader.Int32("num_images", count, 1, 3);
-  for (int32_t i = 0; i < count; ++i) {
-    int32_t kind = 0;
-    ImageView image;
-    ReadImage(reader, kind, image);
-    if (!reader.ok()) break;
-    ImageView& slot = kind == ImageType::KIND_LEFT    ? frame.left
-                      : kind == ImageType::KIND_RIGHT ? frame.right
-                                                      : frame.depth;
-    reader.Rule("images.kind", "there twice", slot.empty());
-    reader.Rule("images.pixel_format", "not that of its kind",
-                image.format ==
-                    (kind == ImageType::KIND_DEPTH ? PixelFormat::kDepth16 : PixelFormat::kGray8));
-    slot = image;
-  }
-  reader.End();
-  reader.Rule("images", "without a left one", !frame.left.empty());
-  for (const ImageView* other : {&frame.right, &frame.depth}) {
-    reader.Rule(
-        "images", "of different sizes",
-        other->empty() || (other->width == frame.left.width && other->height == frame.left.height));
-  }
-  reader.Rule("images.row_stride", "odd in a depth image", frame.depth.stride % 2 == 0);
-  if (!reader.ok()) return reader.error();
-
+  const auto frame = ReadFrame(result.storage);
+  if (!frame) return frame.error();
+  result.frame = *frame;
   // Depth behind an image of odd size starts at an odd place: move it over the header before it.
-  if (reinterpret_cast<uintptr_t>(frame.depth.data) % 2 != 0) {
-    uint8_t* begin = result.storage.data() + (frame.depth.data - result.storage.data());
-    std::memmove(begin - 1, begin, static_cast<size_t>(frame.depth.stride) * frame.depth.height);
-    frame.depth.data = begin - 1;
+  ImageView& depth = result.frame.depth;
+  if (IsOdd(depth.data)) {
+    uint8_t* begin = result.storage.data() + (depth.data - result.storage.data());
+    std::memmove(begin - 1, begin, static_cast<size_t>(depth.stride) * depth.height);
+    depth.data = begin - 1;
   }
+  return result;
+}
+
+Result<DecodedCamera> ViewCamera(ByteSpan message) {
+  const auto frame = ReadFrame(message);
+  if (!frame) return frame.error();
+  if (IsOdd(frame->depth.data)) return DecodeCamera(Bytes(message.begin(), message.end()));
+  DecodedCamera result;
+  result.frame = *frame;
   return result;
 }
 

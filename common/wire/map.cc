@@ -20,6 +20,16 @@ constexpr size_t kFeatureBytes = 61, kKeyframeUpdateBytes = 72, kKeyframeRemoval
                  kLandmarkUpdateBytes = 100, kObservationBytes = 12, kLandmarkMergeBytes = 16,
                  kLandmarkIdBytes = 8, kDrEdgeWeightBytes = 24, kLoopEventBytes = 73;
 
+// Fingerprints of the types before there were pieces of a map: logs and maps of then are read, with
+// everything in the map itself.
+constexpr int64_t kKeyframeBeforePieces = 0x3666777e63bcbaf8;
+constexpr auto kMapUpdateBeforePieces = static_cast<int64_t>(0xc60eb93846af94b6);
+
+template <typename A>
+void PieceField(A& a, const char* field, typename A::template Of<KeyframeId>& piece) {
+  if (!a.older()) Id(a, field, piece, false);
+}
+
 template <typename A>
 void DeliveryFields(A& a, typename A::template Of<Delivery>& delivery) {
   Seq(a, "seq", delivery.seq);
@@ -71,6 +81,7 @@ void KeyframeHead(A& a, typename A::template Of<Keyframe>& m) {
   Covariance(a, "cov_T_WC_m2_rad2", m.cov_T_WC);
   Seq(a, "map_revision", m.map_revision);
   Id(a, "previous_keyframe_id", m.previous, false);
+  PieceField(a, "piece_keyframe_id", m.piece);
 }
 
 template <typename A>
@@ -149,6 +160,7 @@ static void Fields(A& a, typename A::template Of<MapUpdate>& m) {
            Id(each, "keyframes.keyframe_id", keyframe.id);
            each.Time("keyframes.keyframe_utime", keyframe.utime);
            Transform(each, "keyframes.T_WC", keyframe.T_WC);
+           PieceField(each, "keyframes.piece_keyframe_id", keyframe.piece);
          });
   a.List("removed_keyframes", m.removed_keyframes, kMaxCount, kKeyframeRemovalBytes,
          [](A& each, typename A::template Of<KeyframeRemoval>& removal) {
@@ -244,7 +256,8 @@ Bytes Encode(const Keyframe& keyframe) {
 }
 template <>
 Result<Keyframe> Decode(ByteSpan message) {
-  return DecodeFields<Keyframe>("keyframe_t", gw_lcm::keyframe_t::getHash(), message);
+  return DecodeFields<Keyframe>("keyframe_t", gw_lcm::keyframe_t::getHash(), message,
+                                kKeyframeBeforePieces);
 }
 
 Bytes Encode(const MapUpdate& update) {
@@ -252,7 +265,8 @@ Bytes Encode(const MapUpdate& update) {
 }
 template <>
 Result<MapUpdate> Decode(ByteSpan message) {
-  return DecodeFields<MapUpdate>("map_update_t", gw_lcm::map_update_t::getHash(), message);
+  return DecodeFields<MapUpdate>("map_update_t", gw_lcm::map_update_t::getHash(), message,
+                                 kMapUpdateBeforePieces);
 }
 
 Bytes Encode(const MapRequest& request) {

@@ -151,6 +151,7 @@ class RandomMessages {
     m.cov_T_WC = Covariance();
     m.map_revision = Big();
     m.previous = Keyframe();
+    m.piece = Bool() ? Keyframe() : KeyframeId{};
     m.dr.reset();
     if (Bool()) {
       DrIncrement& dr = m.dr.emplace();
@@ -182,7 +183,8 @@ class RandomMessages {
     m.base_revision = m.snapshot ? 0 : m.revision / 2;
     m.frozen = Bool();
     m.newest_keyframe = Keyframe();
-    for (int i = Count(5); i > 0; --i) m.keyframes.push_back({Keyframe(), Time(), Pose()});
+    for (int i = Count(5); i > 0; --i)
+      m.keyframes.push_back({Keyframe(), Time(), Pose(), Keyframe()});
     for (int i = Count(5); i > 0; --i)
       m.removed_keyframes.push_back({Keyframe(), Keyframe(), Pose()});
     for (int i = Count(20); i > 0; --i) {

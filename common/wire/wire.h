@@ -87,6 +87,10 @@ Bytes Encode(const Note& note);
 // Takes the message over: the images of the result point into it. Depth images are 2-byte aligned.
 Result<DecodedCamera> DecodeCamera(Bytes message);
 
+// The same without a copy where that can be: the images point into the message, which must outlive
+// them.
+Result<DecodedCamera> ViewCamera(ByteSpan message);
+
 template <typename T>
 Result<T> Decode(ByteSpan message);
 template <>

@@ -65,6 +65,26 @@ TEST(WireCamera, TakesTheMessageOverWithoutCopying) {
   EXPECT_LT(kept.frame.left.data, end);
 }
 
+TEST(WireCamera, LooksIntoTheMessageWhereverItLies) {
+  for (uint64_t seed = 0; seed < 50; ++seed) {
+    Bytes pixels;
+    const CameraFrame frame = RandomMessages(seed).Camera(pixels);
+    const Bytes bytes = Encode(frame);
+    for (const size_t shift : {0, 1}) {
+      Bytes shifted(shift);
+      shifted.insert(shifted.end(), bytes.begin(), bytes.end());
+      const auto view = ViewCamera(ByteSpan(shifted).subspan(shift));
+      ASSERT_TRUE(view.ok()) << view.error().message;
+      ExpectSamePixels(view->frame.left, frame.left);
+      ExpectSamePixels(view->frame.right, frame.right);
+      ExpectSamePixels(view->frame.depth, frame.depth);
+      EXPECT_EQ(reinterpret_cast<uintptr_t>(view->frame.depth.data) % 2, 0u) << seed;
+      EXPECT_TRUE(!frame.depth.empty() || view->storage.empty());
+    }
+    EXPECT_FALSE(ViewCamera(ByteSpan(bytes).first(bytes.size() - 1)).ok());
+  }
+}
+
 TEST(WireCamera, RefusesImplausibleImages) {
   const auto frame = [] {
     gw_lcm::camera_t m{};

@@ -133,6 +133,7 @@ TEST(WireRules, TimesIdsAndSequencesCannotOverflowArithmetic) {
   EXPECT_REFUSED(Keyframe, keyframe_t, "keyframe_id", m.keyframe_id = 0);
   EXPECT_REFUSED(Keyframe, keyframe_t, "keyframe_id", m.keyframe_id = kMax);
   EXPECT_REFUSED(Keyframe, keyframe_t, "previous_keyframe_id", m.previous_keyframe_id = -1);
+  EXPECT_REFUSED(Keyframe, keyframe_t, "piece_keyframe_id", m.piece_keyframe_id = -1);
   EXPECT_REFUSED(Keyframe, keyframe_t, "features.landmark_id", m.features[0].landmark_id = kMax);
   EXPECT_REFUSED(MapUpdate, map_update_t, "landmarks.landmark_id", m.landmarks[0].landmark_id = 0);
   EXPECT_REFUSED(Pose, pose_t, "frame_pose_age_us", m.frame_pose_age_us = kMax);
@@ -187,6 +188,37 @@ TEST(WireRules, TextsEndWithTheirOnlyNul) {
   EXPECT_FALSE(Decode<Note>(broken).ok());
   Note with_nul{{1}, 2, std::string("a\0b", 3), ""};
   EXPECT_EQ(Decode<Note>(Encode(with_nul))->key, "a");  // LCM's strings cannot carry it
+}
+
+// As it was before there were pieces of a map: the same but for the fields of pieces.
+TEST(WireRules, MessagesOfBeforeThereWerePiecesAreRead) {
+  constexpr size_t kPieceOfKeyframe = 8 + 8 + 24 + 8 + 56 + 288 + 8 + 8;  // bytes before it
+  const auto with_fingerprint = [](uint64_t fingerprint, Bytes message) {
+    for (size_t i = 0; i < 8; ++i) message[i] = static_cast<uint8_t>(fingerprint >> (56 - 8 * i));
+    return message;
+  };
+  Keyframe keyframe;
+  do {
+    keyframe = RandomMessages(static_cast<uint64_t>(keyframe.id.value) + 1).Make<Keyframe>();
+  } while (!keyframe.piece.valid());
+  Bytes old = with_fingerprint(0x3666777e63bcbaf8, Encode(keyframe));
+  EXPECT_FALSE(Decode<Keyframe>(old).ok());  // too long
+  old.erase(old.begin() + kPieceOfKeyframe, old.begin() + kPieceOfKeyframe + 8);
+  const auto decoded = Decode<Keyframe>(old);
+  ASSERT_TRUE(decoded.ok());
+  EXPECT_FALSE(decoded->piece.valid());
+  keyframe.piece = {};
+  EXPECT_EQ(Encode(*decoded), Encode(keyframe));
+
+  MapUpdate update;
+  update.keyframes.push_back({{3}, {5}, SE3(), {2}});
+  constexpr size_t kPieceOfUpdate = 8 + 8 + 24 + 8 + 8 + 1 + 1 + 8 + 4 + 8 + 8 + 56;
+  old = with_fingerprint(0xc60eb93846af94b6, Encode(update));
+  old.erase(old.begin() + kPieceOfUpdate, old.begin() + kPieceOfUpdate + 8);
+  const auto decoded_update = Decode<MapUpdate>(old);
+  ASSERT_TRUE(decoded_update.ok()) << decoded_update.error().message;
+  update.keyframes[0].piece = {};
+  EXPECT_EQ(Encode(*decoded_update), Encode(update));
 }
 
 }  // namespace

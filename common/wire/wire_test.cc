@@ -201,6 +201,7 @@ void ExpectSame(const gw_lcm::keyframe_t& g, const Keyframe& m) {
   ExpectSame(g.cov_T_WC_m2_rad2, m.cov_T_WC);
   EXPECT_EQ(g.map_revision, m.map_revision);
   EXPECT_EQ(g.previous_keyframe_id, m.previous.value);
+  EXPECT_EQ(g.piece_keyframe_id, m.piece.value);
   EXPECT_EQ(g.has_dr, m.dr.has_value());
   if (m.dr) {
     EXPECT_EQ(g.dr.utime_begin, m.dr->utime_begin.us);

@@ -86,7 +86,9 @@ Eigen::MatrixXd MarginalInformation(const Map& map, const MappingContext& contex
       auto pose = T_CW.find(o.keyframe);
       if (pose == T_CW.end()) pose = T_CW.emplace(o.keyframe, frame.T_WC.inverse()).first;
       const auto at = block.find(o.keyframe);
-      of_landmark.Add(context, PixelOf(frame.features[feature], context.camera, context.pyramid),
+      const double z = (pose->second * landmark.p_W).z();
+      of_landmark.Add(context,
+                      ObservationOf(frame.features[feature], context.camera, context.pyramid, z),
                       pose->second, landmark.p_W, at == block.end() ? -1 : at->second);
     }
     of_landmark.Marginalise(&M);

@@ -91,8 +91,9 @@ TEST_F(OfAMap, InformationIsTheSchurComplementOfTheWholeProblem) {
     const Landmark& landmark = *map_.FindLandmark(ids[l]);
     for (const Observation& o : landmark.observations) {
       const Keyframe& frame = map_.FindKeyframe(o.keyframe)->frame;
-      const PixelObservation pixel = PixelOf(frame.features[static_cast<size_t>(o.feature_index)],
-                                             context.camera, context.pyramid);
+      const PixelObservation pixel =
+          ObservationOf(frame.features[static_cast<size_t>(o.feature_index)], context.camera,
+                        context.pyramid, (frame.T_WC.inverse() * landmark.p_W).z());
       const auto at = std::find(keyframes.begin(), keyframes.end(), o.keyframe);
       Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, n);
       const auto residual = [&](const Vector6d& d_pose, const Eigen::Vector3d& d_point) {

@@ -22,7 +22,7 @@ LocalBaJob MakeJob(World& world, int n, double point_sigma_m = 0.05) {
     for (size_t i = 0; i < keyframe.features.size(); ++i) {
       const Feature& f = keyframe.features[i];
       seen[world.PointOf(keyframe.id, static_cast<int>(i))].push_back(
-          {k, 0, PixelOf(f, job.camera, Pyramid(1.2, 8))});
+          {k, 0, ObservationOf(f, job.camera, Pyramid(1.2, 8), f.depth)});
     }
   }
   for (auto& [point, observations] : seen) {

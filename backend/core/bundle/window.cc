@@ -88,8 +88,12 @@ void AddObservations(const Map& map, const MappingContext& context,
       const auto& features = map.FindKeyframe(observation.keyframe)->frame.features;
       const size_t feature = static_cast<size_t>(observation.feature_index);
       if (feature >= features.size()) continue;
-      job.observations.push_back({keyframe->second, static_cast<int32_t>(job.landmarks.size()),
-                                  PixelOf(features[feature], context.camera, context.pyramid)});
+      const SE3& T_WC = job.keyframes[static_cast<size_t>(keyframe->second)].T_WC;
+      const double z =
+          T_WC.rotation().toRotationMatrix().col(2).dot(landmark.p_W - T_WC.translation());
+      job.observations.push_back(
+          {keyframe->second, static_cast<int32_t>(job.landmarks.size()),
+           ObservationOf(features[feature], context.camera, context.pyramid, z)});
     }
     if (job.observations.size() - first < 2) {
       job.observations.resize(first);
@@ -97,6 +101,13 @@ void AddObservations(const Map& map, const MappingContext& context,
       job.landmarks.push_back({id, landmark.p_W});
     }
   }
+}
+
+// The first keyframe of a piece holds the piece in place.
+bool BeginsPiece(const Map& map, KeyframeId id) {
+  const KeyframeId piece = map.PieceOf(id);
+  if (piece.valid()) return id == piece;
+  return id == map.keyframes().begin()->first;
 }
 
 DrMotion MotionTo(const MappingContext& context, const MapKeyframe& to) {
@@ -127,7 +138,7 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
        Onlookers(map, landmarks, window, context.config.local_fixed_keyframes)) {
     fixed[id] = true;
   }
-  for (const KeyframeId id : window) fixed[id] = id == map.keyframes().begin()->first;
+  for (const KeyframeId id : window) fixed[id] = BeginsPiece(map, id);
   for (const KeyframeId id : window) {
     if (!use_dr) break;
     const MapKeyframe& keyframe = *map.FindKeyframe(id);
@@ -182,9 +193,11 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
   job.function_tolerance = kGlobalTolerance;
   job.settle_landmarks = context.dr_weight.Departs(Departure::kSettle);
   Index index;
+  std::set<KeyframeId> pieces;
   for (const auto& [id, keyframe] : map.keyframes()) {
     index[id] = static_cast<int32_t>(job.keyframes.size());
-    job.keyframes.push_back({id, keyframe.frame.T_WC, job.keyframes.empty()});
+    const bool begins = pieces.insert(keyframe.frame.piece).second;
+    job.keyframes.push_back({id, keyframe.frame.T_WC, begins});
   }
   AddObservations(map, context, map.SortedLandmarkIds(), index, job);
   if (!DrInGlobalBa(context.variant)) return job;

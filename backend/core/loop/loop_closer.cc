@@ -5,6 +5,7 @@
 #include <iterator>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "backend/core/bundle/connection.h"
 #include "backend/core/mapping/fusion.h"
@@ -136,9 +137,10 @@ LoopCloser::LoopCloser(const Map& map) {
   places_.Insert(places);
 }
 
-std::optional<Loop> LoopCloser::Detect(const Map& map, const MappingContext& context) {
-  if (map.newest_keyframe().value < rest_until_) return std::nullopt;
-  return DetectLoop(map, context, places_, counters_);
+std::optional<Loop> LoopCloser::Detect(const Map& map, const MappingContext& context,
+                                       KeyframeId at) {
+  if (at.value < rest_until_) return std::nullopt;
+  return DetectLoop(map, context, places_, at, counters_);
 }
 
 LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
@@ -149,14 +151,18 @@ LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
   std::erase_if(job.loops, [&](const Loop& l) { return !InMap(map, l); });
   job.loops.push_back(loop);
   Index index;
+  std::map<KeyframeId, int32_t> newest_of;  // each piece, while walking through the map
   for (const auto& [id, keyframe] : map.keyframes()) {
-    index[id] = static_cast<int32_t>(job.ids.size());
-    job.graph.nodes.push_back({keyframe.frame.T_WC, job.ids.empty()});
+    const auto node = static_cast<int32_t>(job.ids.size());
+    const bool begins = newest_of.try_emplace(keyframe.frame.piece, node).second;
+    index[id] = node;
+    job.graph.nodes.push_back({keyframe.frame.T_WC, begins});
     job.ids.push_back(id);
   }
   const double reference = ConnectionReference(map, context.dr_weight);
   for (const auto& [id, keyframe] : map.keyframes()) {
     const int32_t to = index.at(id);
+    const int32_t before = std::exchange(newest_of.at(keyframe.frame.piece), to);
     const std::vector<KeyframeId> ties = OlderTies(map, id);
     for (const KeyframeId other : ties) {
       const int32_t from = index.at(other);
@@ -174,9 +180,9 @@ LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
           {index.at(keyframe.frame.previous), to, motion.T_CaCb,
            SqrtInformation(LoopEdgeCovariance(motion, alpha, context.variant, context.dr_weight)),
            -1});
-    } else if (ties.empty() && to > 0) {
-      job.graph.edges.push_back({to - 1, to,
-                                 job.graph.nodes[to - 1].T_WC.inverse() * keyframe.frame.T_WC,
+    } else if (ties.empty() && before != to) {
+      job.graph.edges.push_back({before, to,
+                                 job.graph.nodes[before].T_WC.inverse() * keyframe.frame.T_WC,
                                  LooseSqrtInformation(), -1});
     }
   }
@@ -203,7 +209,7 @@ void LoopCloser::Settle(Map& map, const MappingContext& context, const LoopGraph
     loops_.back().matches.clear();
     if (!is_new) continue;
     ++counters_.closed;
-    rest_until_ = result.newest.value + kRest;
+    rest_until_ = loop.newer.value + kRest;
     if (!InMap(map, loop)) continue;
     std::vector<std::pair<int32_t, LandmarkId>> matches;
     for (const auto& match : loop.matches) matches.emplace_back(match.feature, match.landmark);

@@ -46,8 +46,8 @@ class LoopCloser {
   void Forget(KeyframeId id) { places_.Erase(id); }
   const PlaceIndex& places() const { return places_; }
 
-  // Looks for a loop at the newest keyframe. Not again for a few keyframes after one was closed.
-  std::optional<Loop> Detect(const Map& map, const MappingContext& context);
+  // Looks for a loop at a keyframe. Not again for a few keyframes after one was closed.
+  std::optional<Loop> Detect(const Map& map, const MappingContext& context, KeyframeId at);
 
   // The pose graph of the map with all loops so far and the new one. Edges: strong covisibility and
   // at least one older neighbour each (the spanning tree), dead reckoning, loops.

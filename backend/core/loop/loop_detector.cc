@@ -12,7 +12,7 @@
 namespace gw::backend {
 namespace {
 
-constexpr size_t kRecent = 10;        // keyframes just before the newest are no loop
+constexpr int kRecent = 10;           // keyframes just before it, or after, are no loop
 constexpr int kStrongNeighbour = 15;  // shared landmarks
 constexpr size_t kMaxByLook = 3;      // candidates from place recognition
 constexpr size_t kMaxByDr = 2;        // candidates from dead reckoning
@@ -23,52 +23,52 @@ constexpr int kWitnesses = 4;
 constexpr double kAgreeTranslation = 0.25;  // m
 constexpr double kAgreeRotation = 4.0 * std::numbers::pi / 180.0;
 
-// Keyframes that the map already relates to the newest one.
-std::set<KeyframeId> Related(const Map& map) {
-  const KeyframeId newest = map.newest_keyframe();
-  std::set<KeyframeId> out{newest};
-  for (const auto& [id, shared] : map.FindKeyframe(newest)->covisible) {
+// Keyframes that the map already relates to this one.
+std::set<KeyframeId> Related(const Map& map, KeyframeId at) {
+  std::set<KeyframeId> out{at};
+  for (const auto& [id, shared] : map.FindKeyframe(at)->covisible) {
     out.insert(id);
     for (const auto& [second, weight] : map.Neighbours(id, kStrongNeighbour)) out.insert(second);
   }
-  size_t taken = 0;
-  for (auto it = map.keyframes().rbegin(); it != map.keyframes().rend(); ++it) {
-    if (++taken > kRecent) break;
-    out.insert(it->first);
+  const auto here = map.keyframes().find(at);
+  auto before = here, after = here;
+  for (int i = 0; i < kRecent; ++i) {
+    if (before != map.keyframes().begin()) out.insert((--before)->first);
+    if (after != map.keyframes().end()) ++after;
+    if (after != map.keyframes().end()) out.insert(after->first);
   }
   return out;
 }
 
-void AddByLook(const Map& map, const PlaceIndex& places, const std::set<KeyframeId>& related,
-               std::vector<KeyframeId>& out) {
-  const MapKeyframe& newest = *map.FindKeyframe(map.newest_keyframe());
-  for (const PlaceScore& place : places.Query(newest.frame.descriptors)) {
+void AddByLook(const Map& map, const PlaceIndex& places, const MapKeyframe& from,
+               const std::set<KeyframeId>& related, std::vector<KeyframeId>& out) {
+  for (const PlaceScore& place : places.Query(from.frame.descriptors)) {
     if (out.size() == kMaxByLook || place.score < kMinScore) break;
     if (place.num_matches < kMinMatches || related.contains(place.keyframe)) continue;
+    if (place.keyframe > from.frame.id || map.PieceOf(place.keyframe) != from.frame.piece) continue;
     if (!IsOneOf(map, out, place.keyframe)) out.push_back(place.keyframe);
   }
 }
 
 // The nearest keyframes that look the same way and lie within three sigma of the drift of dead
 // reckoning since then.
-void AddByDr(const Map& map, const MappingContext& context, const std::set<KeyframeId>& related,
-             std::vector<KeyframeId>& out) {
+void AddByDr(const Map& map, const MappingContext& context, const MapKeyframe& from,
+             const std::set<KeyframeId>& related, std::vector<KeyframeId>& out) {
   constexpr double kReach = 0.5;  // m: sights overlap that far even without drift
   const double cos_view = std::cos(std::numbers::pi / 6);
-  const MapKeyframe& newest = *map.FindKeyframe(map.newest_keyframe());
-  const Eigen::Vector3d view_W = newest.frame.T_WC.rotation() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d view_W = from.frame.T_WC.rotation() * Eigen::Vector3d::UnitZ();
   std::vector<std::pair<double, KeyframeId>> near;
   Matrix6d cov = Matrix6d::Zero();
-  const MapKeyframe* at = &newest;
+  const MapKeyframe* at = &from;
   while (at->frame.dr) {
     const MapKeyframe* before = map.FindKeyframe(at->frame.previous);
     if (before == nullptr) break;
     const DrMotion motion = CameraMotion(*at->frame.dr, context.camera.T_BC, context.dr_weight);
-    const Matrix6d adj = (at->frame.T_WC.inverse() * newest.frame.T_WC).inverse().Adjoint();
+    const Matrix6d adj = (at->frame.T_WC.inverse() * from.frame.T_WC).inverse().Adjoint();
     cov += adj * motion.cov * adj.transpose();
     at = before;
     if (related.contains(at->frame.id) || at->num_observations == 0) continue;
-    const SE3 T_ab = at->frame.T_WC.inverse() * newest.frame.T_WC;
+    const SE3 T_ab = at->frame.T_WC.inverse() * from.frame.T_WC;
     const double distance = T_ab.translation().norm();
     const double sigma = std::sqrt(cov.topLeftCorner<3, 3>().trace());
     if (distance > kReach + 3 * sigma) continue;
@@ -85,13 +85,12 @@ void AddByDr(const Map& map, const MappingContext& context, const std::set<Keyfr
   }
 }
 
-// How many of the keyframes before the newest fit the group with the same correction of the map.
-int Witnesses(const Map& map, const MappingContext& context, const std::vector<KeyframeId>& group,
-              const PlaceFit& fit) {
-  const MapKeyframe& newest = *map.FindKeyframe(map.newest_keyframe());
-  const SE3 correction = fit.T_WC * newest.frame.T_WC.inverse();
+// How many of the keyframes before it fit the group with the same correction of the map.
+int Witnesses(const Map& map, const MappingContext& context, const MapKeyframe& from,
+              const std::vector<KeyframeId>& group, const PlaceFit& fit) {
+  const SE3 correction = fit.T_WC * from.frame.T_WC.inverse();
   int agree = 0;
-  const MapKeyframe* at = map.FindKeyframe(newest.frame.previous);
+  const MapKeyframe* at = map.FindKeyframe(from.frame.previous);
   for (int i = 0; i < kWitnesses && at != nullptr && agree < kAgree; ++i) {
     const auto other =
         FitPlace(map, context, *at, group, static_cast<uint64_t>(at->frame.id.value));
@@ -133,32 +132,31 @@ double DrContradiction(const DrChain& chain, const SE3& T_OlderNewer, const Matr
 }
 
 std::optional<Loop> DetectLoop(const Map& map, const MappingContext& context,
-                               const PlaceIndex& places, LoopCounters& counters) {
-  const MapKeyframe* newest = map.FindKeyframe(map.newest_keyframe());
-  if (newest == nullptr) return std::nullopt;
-  const std::set<KeyframeId> related = Related(map);
+                               const PlaceIndex& places, KeyframeId at, LoopCounters& counters) {
+  const MapKeyframe* from = map.FindKeyframe(at);
+  if (from == nullptr) return std::nullopt;
+  const std::set<KeyframeId> related = Related(map, at);
   if (related.size() == map.keyframes().size()) return std::nullopt;
   std::vector<KeyframeId> candidates;
-  AddByLook(map, places, related, candidates);
+  AddByLook(map, places, *from, related, candidates);
   const bool use_dr =
       DrInLocalBa(context.variant) && context.dr_weight.Departs(Departure::kLoopTest);
-  if (use_dr) AddByDr(map, context, related, candidates);
+  if (use_dr) AddByDr(map, context, *from, related, candidates);
   for (const KeyframeId candidate : candidates) {
     ++counters.candidates;
     std::vector<KeyframeId> group = PlaceGroup(map, candidate);
     std::erase_if(group, [&](KeyframeId id) { return related.contains(id); });
-    const auto fit =
-        FitPlace(map, context, *newest, group, static_cast<uint64_t>(newest->frame.id.value));
+    const auto fit = FitPlace(map, context, *from, group, static_cast<uint64_t>(at.value));
     if (!fit || !SeesItsShare(*fit)) continue;
     ++counters.fits;
-    if (Witnesses(map, context, group, *fit) < kAgree) {
+    if (Witnesses(map, context, *from, group, *fit) < kAgree) {
       ++counters.inconsistent;
       continue;
     }
     const Matrix6d cov = FitCovariance(*fit);
     Loop loop;
     loop.older = candidate;
-    loop.newer = newest->frame.id;
+    loop.newer = at;
     loop.T_OlderNewer = map.FindKeyframe(candidate)->frame.T_WC.inverse() * fit->T_WC;
     loop.matches = fit->matches;
     loop.sqrt_information = SqrtInformation(cov);

@@ -1,4 +1,5 @@
-// Has the newest keyframe been taken where the robot was before, without the map knowing it?
+// Has a keyframe, as a rule the newest, been taken where the robot was before, without the map
+// knowing it?
 //
 //   candidates (look alike, or near within the drift of dead reckoning) -> geometric fit -> the
 //   keyframes just before agree -> dead reckoning does not contradict
@@ -47,8 +48,9 @@ std::optional<DrChain> ChainDr(const Map& map, const MappingContext& context, Ke
 inline constexpr double kDrGate = 22.46;
 double DrContradiction(const DrChain& chain, const SE3& T_OlderNewer, const Matrix6d& cov_loop);
 
-// Looks for a loop at the newest keyframe. `places` has the map's keyframes filed.
+// Looks for a loop from keyframe `at` to an older one of its piece. `places` has the map's
+// keyframes filed.
 std::optional<Loop> DetectLoop(const Map& map, const MappingContext& context,
-                               const PlaceIndex& places, LoopCounters& counters);
+                               const PlaceIndex& places, KeyframeId at, LoopCounters& counters);
 
 }  // namespace gw::backend

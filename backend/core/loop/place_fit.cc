@@ -127,12 +127,14 @@ std::optional<PlaceFit> FitPlace(const Map& map, const MappingContext& context,
   PlaceFit out;
   out.T_WC = hypothesis->T_WC;
   for (int round = 0; round < kGuidedRounds; ++round) {
+    const SE3 T_CW = out.T_WC.inverse();
     const auto guided = SearchGuided(context, image, landmarks, out.T_WC, &out.num_expected);
     std::vector<LandmarkObservation> observations;
     std::vector<PlaceFit::Match> matches;
     for (const auto& [feature, match] : guided) {
-      observations.push_back({match.landmark->p_W, PixelOf(image.frame.features[feature],
-                                                           context.camera, context.pyramid)});
+      const Eigen::Vector3d& p_W = match.landmark->p_W;
+      observations.push_back({p_W, ObservationOf(image.frame.features[feature], context.camera,
+                                                 context.pyramid, (T_CW * p_W).z())});
       matches.push_back({feature, match.landmark->id});
     }
     if (static_cast<int>(matches.size()) < kFewestAgreeing) return std::nullopt;

@@ -21,7 +21,9 @@ bool IsInReach(const Eigen::Vector3d& p) {
 }
 
 KeyframeFault CheckKeyframe(const Keyframe& keyframe) {
-  if (!keyframe.id.valid() || keyframe.id.value > kMaxKeyframeId) return KeyframeFault::kId;
+  if (!keyframe.id.valid() || keyframe.id.value > kMaxKeyframeId || keyframe.piece > keyframe.id) {
+    return KeyframeFault::kId;
+  }
   const size_t n = keyframe.features.size();
   if (keyframe.descriptors.size() != n || keyframe.landmarks.size() != n ||
       n > static_cast<size_t>(LandmarkId::kMaxFeatures)) {
@@ -47,7 +49,7 @@ const char* KeyframeFaultText(KeyframeFault fault) {
     case KeyframeFault::kNone:
       return "";
     case KeyframeFault::kId:
-      return "id out of range";
+      return "id out of range, or of a piece that began later";
     case KeyframeFault::kLengths:
       return "feature, descriptor and landmark lists differ in length, or are too long";
     case KeyframeFault::kPose:

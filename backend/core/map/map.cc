@@ -110,6 +110,12 @@ std::vector<std::pair<KeyframeId, int32_t>> Map::Neighbours(KeyframeId id, int m
   return out;
 }
 
+std::vector<KeyframeId> Map::Pieces() const {
+  std::set<KeyframeId> out;
+  for (const auto& [id, keyframe] : keyframes_) out.insert(keyframe.frame.piece);
+  return {out.begin(), out.end()};
+}
+
 void Map::Share(const Landmark& landmark, KeyframeId keyframe, int32_t delta) {
   auto& covisible = keyframes_.at(keyframe).covisible;
   for (const Observation& other : landmark.observations) {
@@ -159,6 +165,7 @@ bool Map::AddKeyframe(const Keyframe& keyframe) {
   if (keyframe.dr && !backend::IsUsable(*keyframe.dr, keyframe.utime)) added.frame.dr.reset();
   if (previous != nullptr && !previous->next.valid()) {
     previous->next = keyframe.id;
+    added.frame.piece = previous->frame.piece;
   } else {
     added.frame.previous = {};
     added.frame.dr.reset();
@@ -174,6 +181,22 @@ void Map::SetPose(KeyframeId id, const SE3& T_WC) {
   GW_CHECK(keyframe != nullptr);
   keyframe->frame.T_WC = T_WC;
   changes_.keyframes.insert(id);
+}
+
+void Map::JoinPiece(KeyframeId from, KeyframeId into, const SE3& T_IntoFrom) {
+  GW_CHECK(from.valid() && from != into);
+  std::set<LandmarkId> landmarks;
+  for (auto& [id, keyframe] : keyframes_) {
+    if (keyframe.frame.piece != from) continue;
+    keyframe.frame.piece = into;
+    SetPose(id, T_IntoFrom * keyframe.frame.T_WC);
+    for (const auto& [landmark, feature] : keyframe.seen) landmarks.insert(landmark);
+  }
+  for (const LandmarkId id : landmarks) {
+    Landmark& landmark = MutableLandmark(id);
+    landmark.p_W = T_IntoFrom * landmark.p_W;
+    landmark.normal_W = T_IntoFrom.rotation() * landmark.normal_W;
+  }
 }
 
 Landmark& Map::AddLandmark(LandmarkId id) {

@@ -59,16 +59,25 @@ class Map {
   int SharedLandmarks(KeyframeId a, KeyframeId b) const;
   // Keyframes sharing at least min_shared landmarks with `id`: most first, then newest first.
   std::vector<std::pair<KeyframeId, int32_t>> Neighbours(KeyframeId id, int min_shared) const;
+  // The piece that a keyframe belongs to. Precondition: it is in the map. Landmarks belong to the
+  // piece of their observers, which is one: pieces share nothing until they are joined.
+  KeyframeId PieceOf(KeyframeId id) const { return keyframes_.at(id).frame.piece; }
+  // The pieces there are, sorted; the map itself (an invalid id) first, if it has keyframes.
+  std::vector<KeyframeId> Pieces() const;
 
   // --- Changes by the mapper. Each is part of the update that the next Commit() returns.
 
   // False, and no change, when the id is not newer than every keyframe so far, the time not after
   // that of `previous`, or CheckKeyframe() finds a fault. The pose is taken from the keyframe, its
   // `landmarks` are not: observations are added one by one. A `previous` that is not in the map, or
-  // that another keyframe follows already, leaves the new one without a temporal edge.
+  // that another keyframe follows already, leaves the new one without a temporal edge; with one, it
+  // belongs to the piece of `previous`, which may have been joined to another one meanwhile.
   bool AddKeyframe(const Keyframe& keyframe);
   // Preconditions of the following: the ids exist, unless stated otherwise.
   void SetPose(KeyframeId id, const SE3& T_WC);
+  // Puts the frame of the piece `from` at T_IntoFrom in that of the piece `into`, of which it then
+  // is a part. Precondition: `from` is valid and not `into`.
+  void JoinPiece(KeyframeId from, KeyframeId into, const SE3& T_IntoFrom);
   // Adds a landmark without observations. Precondition: the id is not in the map.
   Landmark& AddLandmark(LandmarkId id);
   // For changing a landmark's geometry and descriptor (not id and observations).

@@ -48,6 +48,7 @@ class Checker {
     if (const KeyframeFault fault = backend::CheckKeyframe(f); fault != KeyframeFault::kNone) {
       Fault(id, std::string("is not plausible: ") + KeyframeFaultText(fault));
     }
+    if (f.piece > id) Fault(id, "belongs to a piece that began after it");
     CheckChain(id, keyframe);
     for (size_t i = 0; i < f.landmarks.size(); ++i) {
       if (!f.landmarks[i].valid()) continue;
@@ -79,6 +80,8 @@ class Checker {
       Fault(id, "follows one that does not lead to it");
     } else if (previous->frame.utime >= f.utime) {
       Fault(id, "is not later than the one before it");
+    } else if (previous->frame.piece != f.piece) {
+      Fault(id, "follows one of another piece");
     }
     if (!(keyframe.dr_alpha >= 0)) Fault(id, "has a negative DR weight");
   }
@@ -102,6 +105,10 @@ class Checker {
           keyframe->frame.landmarks[index] != landmark.id) {
         Fault(landmark.id, "is observed by a feature that does not know it");
         continue;
+      }
+      const MapKeyframe* first = map_.FindKeyframe(landmark.observations.front().keyframe);
+      if (first != nullptr && keyframe->frame.piece != first->frame.piece) {
+        Fault(landmark.id, "is observed from two pieces");
       }
       ++num_observations_[o.keyframe];
       for (size_t j = 0; j < i; ++j) ++shared_[o.keyframe][landmark.observations[j].keyframe];

@@ -44,7 +44,7 @@ MapUpdate Map::Commit() {
   out.newest_keyframe = newest_keyframe_;
   for (const KeyframeId id : changes_.keyframes) {
     const MapKeyframe& keyframe = keyframes_.at(id);
-    out.keyframes.push_back({id, keyframe.frame.utime, keyframe.frame.T_WC});
+    out.keyframes.push_back({id, keyframe.frame.utime, keyframe.frame.T_WC, keyframe.frame.piece});
   }
   out.removed_keyframes = std::move(changes_.removed_keyframes);
   const auto sort_unique = [](auto& list) {
@@ -129,11 +129,12 @@ void Map::ClearFor(const MapUpdate& snapshot) {
 
 bool Map::TakePose(const KeyframeUpdate& update) {
   MapKeyframe* keyframe = MutableKeyframe(update.id);
-  if (keyframe == nullptr || update.utime != keyframe->frame.utime || !update.T_WC.IsFinite() ||
-      !IsInReach(update.T_WC.translation())) {
+  if (keyframe == nullptr || update.piece > update.id || update.utime != keyframe->frame.utime ||
+      !update.T_WC.IsFinite() || !IsInReach(update.T_WC.translation())) {
     return false;
   }
   keyframe->frame.T_WC = update.T_WC;
+  keyframe->frame.piece = update.piece;
   return true;
 }
 
@@ -236,7 +237,7 @@ MapUpdate Map::Snapshot() const {
   out.snapshot = true;
   out.newest_keyframe = newest_keyframe_;
   for (const auto& [id, keyframe] : keyframes_) {
-    out.keyframes.push_back({id, keyframe.frame.utime, keyframe.frame.T_WC});
+    out.keyframes.push_back({id, keyframe.frame.utime, keyframe.frame.T_WC, keyframe.frame.piece});
     if (keyframe.dr_alpha > 0) {
       out.dr_edges.push_back({keyframe.frame.previous, id, keyframe.dr_alpha});
     }
@@ -260,6 +261,7 @@ uint64_t Map::Hash() const {
     h.Add(f.utime.us);
     h.Add(f.T_WC);
     h.Add(f.previous.value);
+    if (f.piece.valid()) h.Add(f.piece.value);  // maps of before there were pieces keep their hash
     h.Add(keyframe.next.value);
     h.Add(keyframe.dr_alpha);
     if (f.dr) {

@@ -18,15 +18,17 @@ constexpr int kFewestToWitness = 30;  // landmarks a keyframe tracks to count as
 
 struct Witness {
   KeyframeId id;
+  KeyframeId piece;
   SE3 T_WC;
   SE3 T_CW;
 };
 
-bool IsUnproven(const MappingContext& context, const Landmark& landmark,
+bool IsUnproven(const MappingContext& context, const Landmark& landmark, KeyframeId piece,
                 const std::vector<Witness>& later, bool last_look) {
   int expected = 0;
   int found = 0;
   for (const Witness& witness : later) {
+    if (witness.piece != piece) continue;
     if (Observes(landmark, witness.id)) {
       ++expected;
       ++found;
@@ -106,13 +108,15 @@ int CullYoungLandmarks(Map& map, const MappingContext& context) {
     if (age > 0) {
       for (const LandmarkId id : keyframe.frame.landmarks) {
         if (id.creator() != keyframe.frame.id) continue;
-        if (IsUnproven(context, *map.FindLandmark(id), later, age == kProbation)) {
+        if (IsUnproven(context, *map.FindLandmark(id), keyframe.frame.piece, later,
+                       age == kProbation)) {
           doomed.push_back(id);
         }
       }
     }
     if (keyframe.num_observations >= kFewestToWitness) {
-      later.push_back({it->first, keyframe.frame.T_WC, keyframe.frame.T_WC.inverse()});
+      const SE3& T_WC = keyframe.frame.T_WC;
+      later.push_back({it->first, keyframe.frame.piece, T_WC, T_WC.inverse()});
     }
   }
   for (const LandmarkId id : doomed) map.RemoveLandmark(id);

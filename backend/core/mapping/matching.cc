@@ -23,8 +23,7 @@ int FindFeature(const MappingContext& context, const Landmark& landmark, const P
   const double radius = std::sqrt(kChi2Pixel) * context.pyramid.Scale(expected.level + 1);
   const auto& features = keyframe.frame.features;
   const auto fits = [&](int i) {
-    const PixelObservation pixel =
-        PixelOf(features[static_cast<size_t>(i)], context.camera, context.pyramid);
+    const PixelObservation pixel = PixelOf(features[static_cast<size_t>(i)], context.pyramid);
     return FitOf(context.camera, pixel, expected.p_C).pixel_ok();
   };
   return FindMostSimilar({features, keyframe.frame.descriptors, keyframe.grid}, expected,

@@ -30,8 +30,7 @@ double StereoCos(const RectifiedCamera& camera, const Feature& f) {
 bool Fits(const MappingContext& context, const PosedFeature& view, const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d p_C = view.T_CW * p_W;
   if (!(p_C.z() > kMinProjectionDepth)) return false;
-  return FitOf(context.camera, PixelOf(view.feature, context.camera, context.pyramid), p_C)
-      .pixel_ok();
+  return FitOf(context.camera, PixelOf(view.feature, context.pyramid), p_C).pixel_ok();
 }
 
 // Depth of the midpoint between the closest points of both rays: least squares of

@@ -20,7 +20,6 @@ constexpr int kMinPixels = 4;  // of 9, on the surface that is used
 DepthLookup::DepthLookup(const CameraGeometry& geometry)
     : unit_m_(geometry.calibration.camera.depth_unit_m),
       min_m_(geometry.rectified.depth_min_m),
-      max_m_(geometry.rectified.depth_max_m),
       noise_per_m_(geometry.rectified.disparity_sigma_px / geometry.rectified.bf()) {}
 
 float DepthLookup::At(const ImageView& depth, float u, float v) const {
@@ -44,7 +43,7 @@ float DepthLookup::At(const ImageView& depth, float u, float v) const {
   double inverse = 0;
   for (; p != behind; ++p) inverse += 1.0 / *p;
   const double z = unit_m_ * count / inverse;
-  return z >= min_m_ && z <= max_m_ ? static_cast<float>(z) : -1;
+  return z >= min_m_ ? static_cast<float>(z) : -1;
 }
 
 }  // namespace gw::frontend

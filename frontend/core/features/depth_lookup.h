@@ -11,8 +11,8 @@ class DepthLookup {
   explicit DepthLookup(const CameraGeometry& geometry);
 
   // Depth (m) of the surface at pixel (u, v) of the grey image, from the 3x3 pixels around it; -1
-  // where there is none: too few measured pixels, outside [depth_min_m, depth_max_m], or the 3x3
-  // pixels lie on an edge without a clear front side.
+  // where there is none: too few measured pixels, below depth_min_m, or the 3x3 pixels lie on an
+  // edge without a clear front side.
   // A corner at a depth edge belongs to the surface in front (the one behind only ends there by
   // occlusion), so the nearer pixels win if there are enough of them. An edge is a gap between
   // their depths that neither a plane nor the noise of the sensor makes. Mean of the inverse
@@ -21,7 +21,7 @@ class DepthLookup {
   float At(const ImageView& depth, float u, float v) const;
 
  private:
-  double unit_m_, min_m_, max_m_;
+  double unit_m_, min_m_;
   double noise_per_m_;  // standard deviation of a depth z: noise_per_m_ * z^2
 };
 

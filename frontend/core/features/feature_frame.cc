@@ -12,6 +12,10 @@
 namespace gw::frontend {
 namespace {
 
+// A distance so much beyond the range is still told, for landmarks that stand within it: farther
+// off than noise brings one of them, it is a wrong match.
+constexpr float kBeyond = 1.5F;
+
 Feature MakeFeature(const OrbKeypoint& k) {
   Feature f;
   f.u = k.u;
@@ -87,8 +91,8 @@ class FeatureExtractor::Impl {
     for (size_t i = 0; i < out->features.size(); ++i) {
       if (disparities_[i] <= 0) continue;
       const float depth = static_cast<float>(camera_.bf()) / disparities_[i];
-      if (depth < camera_.depth_min_m || depth > camera_.depth_max_m) continue;
-      out->features[i].depth = depth;
+      if (depth < camera_.depth_min_m || depth > kBeyond * camera_.depth_max_m) continue;
+      if (depth <= camera_.depth_max_m) out->features[i].depth = depth;
       out->features[i].u_right = out->features[i].u - disparities_[i];
     }
     matcher_.MeasureRowOffsets({left_.pyramid(), left_keypoints_, left_descriptors_},
@@ -110,8 +114,8 @@ class FeatureExtractor::Impl {
   }
 
   void SetDepth(float depth, Feature* f) const {
-    if (depth <= 0) return;
-    f->depth = depth;
+    if (depth <= 0 || depth > kBeyond * camera_.depth_max_m) return;
+    if (depth <= camera_.depth_max_m) f->depth = depth;
     f->u_right = f->u - static_cast<float>(camera_.bf()) / depth;
   }
 

@@ -16,7 +16,8 @@ namespace gw::frontend {
 //
 // u, v: px, pixel centres are integers; undistorted features of an RGB-D image may lie a little
 // outside [0, width) x [0, height). angle: from +u towards +v, in (-pi, pi]. A feature with depth
-// (depth > 0, inside the camera's depth range) has u_right = u - bf / depth; near the left edge of
+// (depth > 0, inside the camera's depth range) has u_right = u - bf / depth, and so has one that is
+// beyond that range; near the left edge of
 // an RGB-D image that may be negative, so ask has_depth(), not the sign of u_right.
 struct FeatureFrame {
   // How far the partner of a feature lies below its row in the right image, px: noise, where the

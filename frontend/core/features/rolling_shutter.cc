@@ -10,7 +10,7 @@ void UndoRollingShutter(const RectifiedCamera& camera, double readout_s, const E
     const Eigen::Vector3d p_C = ExpSO3(w_C * dt) * camera.Unproject(f.u, f.v, 1.0);
     if (p_C.z() < 0.1) continue;
     const Eigen::Vector2d uv = camera.Project(p_C);
-    f.u_right += static_cast<float>(uv.x() - f.u);
+    if (f.has_disparity()) f.u_right += static_cast<float>(uv.x() - f.u);
     f.u = static_cast<float>(uv.x());
     f.v = static_cast<float>(uv.y());
   }

@@ -43,7 +43,9 @@ void StereoMatcher::SortByRow(const std::vector<OrbKeypoint>& right) {
   by_row_.resize(right.size());
   for (size_t j = right.size(); j-- > 0;) {
     // Filled from the back; afterwards row_begin_[y + 1] is the begin of row y.
-    by_row_[static_cast<size_t>(--row_begin_[row_of(right[j]) + 1])] = static_cast<int>(j);
+    const OrbKeypoint& k = right[j];
+    by_row_[static_cast<size_t>(--row_begin_[row_of(k) + 1])] = {k.u, k.v, k.level,
+                                                                 static_cast<int>(j)};
   }
   row_begin_.erase(row_begin_.begin());
   row_begin_.push_back(static_cast<int>(right.size()));
@@ -60,18 +62,17 @@ int StereoMatcher::MostSimilar(const StereoSide& left, size_t i, const StereoSid
   int best = -1;
   for (int c = row_begin_[static_cast<size_t>(first_row)];
        c < row_begin_[static_cast<size_t>(last_row) + 1]; ++c) {
-    const int j = by_row_[static_cast<size_t>(c)];
-    const OrbKeypoint& r = right.keypoints[static_cast<size_t>(j)];
+    const InRow& r = by_row_[static_cast<size_t>(c)];
     if (std::abs(r.level - k.level) > kMaxLevelStep) continue;
-    const float coarser = right.pyramid.scale_y(std::max(r.level, k.level));
+    const float coarser = right.pyramid.scale_y(std::max<int>(r.level, k.level));
     if (std::abs(r.v - k.v) > kRowTolerance * coarser) continue;
     const float disparity = k.u - r.u;
     if (disparity < -kRowTolerance * coarser || disparity > max_disparity_) continue;
     const int distance =
-        HammingDistance(left.descriptors[i], right.descriptors[static_cast<size_t>(j)]);
+        HammingDistance(left.descriptors[i], right.descriptors[static_cast<size_t>(r.index)]);
     if (distance < best_distance) {
       best_distance = distance;
-      best = j;
+      best = r.index;
     }
   }
   return best;
@@ -139,15 +140,15 @@ void StereoMatcher::MeasureRowOffsets(const StereoSide& left, const StereoSide& 
     int second = 257;
     for (int c = row_begin_[static_cast<size_t>(first_row)];
          c < row_begin_[static_cast<size_t>(last_row) + 1]; ++c) {
-      const int j = by_row_[static_cast<size_t>(c)];
-      const OrbKeypoint& r = right.keypoints[static_cast<size_t>(j)];
+      const InRow& r = by_row_[static_cast<size_t>(c)];
       if (std::abs(r.level - k.level) > kMaxLevelStep) continue;
       if (k.u - r.u < -reach || k.u - r.u > max_disparity_ + reach) continue;
-      const int d = HammingDistance(left.descriptors[i], right.descriptors[static_cast<size_t>(j)]);
+      const int d =
+          HammingDistance(left.descriptors[i], right.descriptors[static_cast<size_t>(r.index)]);
       if (d < distance) {
         second = best < 0 ? second : distance;
         distance = d;
-        best = j;
+        best = r.index;
       } else if (d < second) {
         second = d;
       }

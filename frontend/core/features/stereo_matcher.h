@@ -46,7 +46,13 @@ class StereoMatcher {
   float max_disparity_;
   int height_;
   std::vector<int> row_begin_;  // of by_row_, per row of the right image; one more at the end
-  std::vector<int> by_row_;     // right keypoints, sorted by row
+  // A right keypoint, as far as it tells whether its descriptor is worth a look.
+  struct InRow {
+    float u, v;
+    int level;
+    int index;
+  };
+  std::vector<InRow> by_row_;  // sorted by row
 };
 
 }  // namespace gw::frontend

@@ -12,6 +12,7 @@ void LocalMap::AddKeyframe(const Keyframe& keyframe) {
   ReplicaKeyframe& entry = keyframes_[keyframe.id];
   entry.T_WC = keyframe.T_WC;
   entry.utime = keyframe.utime;
+  entry.piece = keyframe.piece;
   entry.landmarks.clear();
   for (size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     const LandmarkId id = keyframe.landmarks[i];
@@ -64,12 +65,15 @@ void LocalMap::Upsert(const LandmarkUpdate& update) {
 
 // Keyframes that the back-end did not know yet, and their landmarks, move with the newest one it
 // knew.
-void LocalMap::MovePending(const MapUpdate& update, const std::map<KeyframeId, SE3>& poses_before) {
+void LocalMap::MovePending(const MapUpdate& update,
+                           const std::map<KeyframeId, ReplicaKeyframe>& all_before) {
   const auto anchor = keyframes_.find(update.newest_keyframe);
-  const auto before = poses_before.find(update.newest_keyframe);
-  if (anchor == keyframes_.end() || before == poses_before.end()) return;
-  const SE3 T_correction = anchor->second.T_WC * before->second.inverse();
+  const auto before = all_before.find(update.newest_keyframe);
+  if (anchor == keyframes_.end() || before == all_before.end()) return;
+  const SE3 T_correction = anchor->second.T_WC * before->second.T_WC.inverse();
   for (auto it = std::next(anchor); it != keyframes_.end(); ++it) {
+    if (it->second.piece != before->second.piece) continue;
+    it->second.piece = anchor->second.piece;
     it->second.T_WC = T_correction * it->second.T_WC;
     for (const Seen& seen : it->second.landmarks) {
       if (seen.id.creator() != it->first) continue;
@@ -86,7 +90,7 @@ bool LocalMap::Apply(const MapUpdate& update) {
     if (update.revision <= revision_) return true;
     if (update.base_revision != revision_) return false;
   }
-  std::map<KeyframeId, SE3> poses_before;
+  std::map<KeyframeId, ReplicaKeyframe> before;  // without what they see
   if (update.snapshot) {
     // Keep own keyframes that the back-end has not seen; everything else comes with the snapshot.
     for (auto it = keyframes_.begin(); it != keyframes_.end();) {
@@ -100,11 +104,12 @@ bool LocalMap::Apply(const MapUpdate& update) {
   }
   for (const KeyframeUpdate& k : update.keyframes) {
     ReplicaKeyframe& entry = keyframes_[k.id];
-    poses_before[k.id] = entry.T_WC;
+    before[k.id] = {entry.T_WC, entry.utime, entry.piece, {}, 0};
     entry.T_WC = k.T_WC;
     entry.utime = k.utime;
+    entry.piece = k.piece;
   }
-  if (!update.snapshot) MovePending(update, poses_before);
+  if (!update.snapshot) MovePending(update, before);
   for (const LandmarkUpdate& l : update.landmarks) Upsert(l);
   for (const LandmarkMerge& m : update.merged_landmarks) points_.Erase(m.from.value);
   for (const LandmarkId id : update.removed_landmarks) points_.Erase(id.value);
@@ -129,6 +134,12 @@ std::optional<SE3> LocalMap::KeyframePose(KeyframeId id) const {
   const auto it = keyframes_.find(id);
   if (it == keyframes_.end()) return std::nullopt;
   return it->second.T_WC;
+}
+
+std::optional<KeyframeId> LocalMap::PieceOf(KeyframeId id) const {
+  const auto it = keyframes_.find(id);
+  if (it == keyframes_.end()) return std::nullopt;
+  return it->second.piece;
 }
 
 void LocalMap::CollectAround(const std::vector<LandmarkId>& tracked, KeyframeId reference,
@@ -165,8 +176,11 @@ void LocalMap::CollectAround(const std::vector<LandmarkId>& tracked, KeyframeId 
 void LocalMap::AppendLandmarksOf(KeyframeId id, std::vector<const MapPoint*>* points) {
   // Forget landmarks that are gone while we walk over them.
   std::vector<Seen>& landmarks = keyframes_[id].landmarks;
+  constexpr size_t kAhead = 8;  // points lie anywhere in memory: ask for them in time
   size_t kept = 0;
-  for (const Seen seen : landmarks) {
+  for (size_t i = 0; i < landmarks.size(); ++i) {
+    if (i + kAhead < landmarks.size()) __builtin_prefetch(landmarks[i + kAhead].point);
+    const Seen seen = landmarks[i];
     MapPoint* const point = Find(seen);
     if (point == nullptr) continue;
     landmarks[kept++] = {seen.id, point};
@@ -183,7 +197,7 @@ void LocalMap::CollectNear(const SE3& T_WC, int max_keyframes, std::vector<const
   *nearest = {};
   std::vector<std::pair<double, KeyframeId>> ranked;
   for (const auto& [id, keyframe] : keyframes_) {
-    if (keyframe.landmarks.empty()) continue;
+    if (keyframe.landmarks.empty() || keyframe.piece != piece_) continue;
     const SE3 delta = T_WC.inverse() * keyframe.T_WC;
     ranked.emplace_back(delta.translation().norm() + LogSO3(delta.rotation()).norm(), id);
   }

@@ -54,6 +54,13 @@ class LocalMap {
   // Landmarks that the keyframe sees; 0 when it is not there.
   int NumLandmarks(KeyframeId id) const;
   std::optional<SE3> KeyframePose(KeyframeId id) const;
+  // The piece of the map that it belongs to; empty when it is not there.
+  std::optional<KeyframeId> PieceOf(KeyframeId id) const;
+
+  // The piece in which the camera is looked for (CollectNear): at first the map itself, an invalid
+  // id. Poses of other pieces have nothing to do with its own.
+  void Use(KeyframeId piece) { piece_ = piece; }
+  KeyframeId piece() const { return piece_; }
 
   // The landmarks that the keyframes around the tracked ones see: the keyframes that share most
   // landmarks with `tracked`, `reference` always among them, at most max_keyframes. Every landmark
@@ -61,9 +68,9 @@ class LocalMap {
   void CollectAround(const std::vector<LandmarkId>& tracked, KeyframeId reference,
                      int max_keyframes, std::vector<const MapPoint*>* points, KeyframeId* best);
 
-  // The landmarks of the keyframes nearest to a pose (m + rad) that see any, at most max_keyframes:
-  // for coming back after a blind span or a restart. nearest: the first of them, invalid when there
-  // is none.
+  // The landmarks of the keyframes of the piece in use that are nearest to a pose (m + rad) and see
+  // any, at most max_keyframes: for coming back after a blind span or a restart. nearest: the first
+  // of them, invalid when there is none.
   void CollectNear(const SE3& T_WC, int max_keyframes, std::vector<const MapPoint*>* points,
                    KeyframeId* nearest);
 
@@ -76,6 +83,7 @@ class LocalMap {
   struct ReplicaKeyframe {
     SE3 T_WC;
     Utime utime;
+    KeyframeId piece;
     std::vector<Seen> landmarks;
     int votes = 0;
   };
@@ -87,12 +95,14 @@ class LocalMap {
   }
   void Upsert(const LandmarkUpdate& update);
   void AppendLandmarksOf(KeyframeId id, std::vector<const MapPoint*>* points);
-  void MovePending(const MapUpdate& update, const std::map<KeyframeId, SE3>& poses_before);
+  void MovePending(const MapUpdate& update,
+                   const std::map<KeyframeId, ReplicaKeyframe>& all_before);
 
   RectifiedCamera camera_;
   Pyramid pyramid_;
   int64_t revision_ = 0;
   uint64_t visit_ = 0;
+  KeyframeId piece_;
   std::map<KeyframeId, ReplicaKeyframe> keyframes_;
   IdTable<MapPoint> points_;  // by LandmarkId::value
 };

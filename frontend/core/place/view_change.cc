@@ -23,6 +23,28 @@ bool IsRich(const FeatureFrame& frame) {
 
 }  // namespace
 
+double ShareSeenAgain(const RectifiedCamera& camera, const FeatureFrame& before,
+                      const FeatureFrame& frame, const SE3& T_CbCa) {
+  const FeatureGrid grid(frame.features);
+  int expected = 0;
+  int seen = 0;
+  for (size_t i = 0; i < before.features.size(); ++i) {
+    const Feature& f = before.features[i];
+    const Eigen::Vector3d p =
+        T_CbCa * camera.Unproject(f.u, f.v, f.has_depth() ? f.depth : kTypicalDepth);
+    if (!(p.z() > camera.depth_min_m)) continue;
+    const Eigen::Vector2d uv = camera.Project(p);
+    if (!camera.InImage(uv)) continue;
+    ++expected;
+    int best = kSameFeature + 1;
+    grid.ForEachNear(static_cast<float>(uv.x()), static_cast<float>(uv.y()), kWindow, [&](int k) {
+      best = std::min(best, HammingDistance(before.descriptors[i], frame.descriptors[k]));
+    });
+    seen += best <= kSameFeature;
+  }
+  return expected > 0 ? static_cast<double>(seen) / expected : 0.0;
+}
+
 bool ViewChange::Changed(Utime utime, const FeatureFrame& frame,
                          const std::optional<SE3>& T_OC) const {
   if (!before_ || !T_OC || !IsRich(frame)) return false;
@@ -33,35 +55,13 @@ bool ViewChange::Changed(Utime utime, const FeatureFrame& frame,
 bool ViewChange::ShowsNothingOf(const Image& before, Utime utime, const FeatureFrame& frame,
                                 const SE3& T_OC) const {
   return InARow(utime - before.utime, before.T_OC.inverse() * T_OC) &&
-         ShareSeenAgain(before.frame, frame, T_OC.inverse() * before.T_OC) < kFewSeenAgain;
+         ShareSeenAgain(camera_, before.frame, frame, T_OC.inverse() * before.T_OC) < kFewSeenAgain;
 }
 
 void ViewChange::Remember(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) {
   before_that_ = std::move(before_);
   before_.reset();
   if (T_OC && IsRich(frame)) before_ = Image{utime, frame, *T_OC};
-}
-
-double ViewChange::ShareSeenAgain(const FeatureFrame& before, const FeatureFrame& frame,
-                                  const SE3& T_CbCa) const {
-  const FeatureGrid grid(frame.features);
-  int expected = 0;
-  int seen = 0;
-  for (size_t i = 0; i < before.features.size(); ++i) {
-    const Feature& f = before.features[i];
-    const Eigen::Vector3d p =
-        T_CbCa * camera_.Unproject(f.u, f.v, f.has_depth() ? f.depth : kTypicalDepth);
-    if (!(p.z() > camera_.depth_min_m)) continue;
-    const Eigen::Vector2d uv = camera_.Project(p);
-    if (!camera_.InImage(uv)) continue;
-    ++expected;
-    int best = kSameFeature + 1;
-    grid.ForEachNear(static_cast<float>(uv.x()), static_cast<float>(uv.y()), kWindow, [&](int k) {
-      best = std::min(best, HammingDistance(before.descriptors[i], frame.descriptors[k]));
-    });
-    seen += best <= kSameFeature;
-  }
-  return expected > 0 ? static_cast<double>(seen) / expected : 0.0;
 }
 
 }  // namespace gw::frontend

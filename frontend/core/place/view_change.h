@@ -12,6 +12,11 @@
 
 namespace gw::frontend {
 
+// Share of the features of an image before (at a) that this one (at b) has where the motion puts
+// them, of those that it puts into the image; 0 when there are none.
+double ShareSeenAgain(const RectifiedCamera& camera, const FeatureFrame& before,
+                      const FeatureFrame& frame, const SE3& T_CbCa);
+
 class ViewChange {
  public:
   explicit ViewChange(const RectifiedCamera& camera) : camera_(camera) {}
@@ -31,9 +36,6 @@ class ViewChange {
     FeatureFrame frame;
     SE3 T_OC;
   };
-  // Share of the features of an image before that this one has where the motion puts them.
-  double ShareSeenAgain(const FeatureFrame& before, const FeatureFrame& frame,
-                        const SE3& T_CbCa) const;
   bool ShowsNothingOf(const Image& before, Utime utime, const FeatureFrame& frame,
                       const SE3& T_OC) const;
 

@@ -72,7 +72,8 @@ struct Scene {
       if (match[i] < 0) continue;
       const Eigen::Vector3d& p_C = result.searched[static_cast<size_t>(match[i])].point->p_W;
       const auto J = PoseJacobian(
-          ReprojectionJacobian(camera, PixelOf(features[i], camera, pyramid), p_C), p_C);
+          ReprojectionJacobian(camera, ObservationOf(features[i], camera, pyramid, p_C.z()), p_C),
+          p_C);
       H += J.transpose() * J;
     }
     return std::log(H.determinant());

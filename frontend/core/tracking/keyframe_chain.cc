@@ -55,6 +55,7 @@ Keyframe KeyframeChain::Make(const Source& source, const MotionModel& motion) {
   k.cov_T_WC = source.cov_T_WC;
   k.map_revision = source.map_revision;
   k.previous = last_;
+  k.piece = source.piece;
   if (k.previous.valid()) k.dr = motion.Increment(utime_, k.utime);
   k.q = source.report.q;
   k.num_tracked = source.report.num_tracked;

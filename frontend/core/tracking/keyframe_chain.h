@@ -32,9 +32,13 @@ class KeyframeChain {
     const FramePose& report;
     SE3 T_WC;
     Matrix6d cov_T_WC;
+    KeyframeId piece;  // of the map, that it belongs to
     int64_t map_revision = 0;
   };
   Keyframe Make(const Source& source, const MotionModel& motion);
+
+  // The number that it will have.
+  KeyframeId next() const { return next_; }
 
   // The next keyframe begins a chain of its own: dead reckoning does not lead to it.
   void Break() { last_ = {}; }

@@ -92,10 +92,12 @@ void PoseFinder::Estimate(const SE3& T_WC_start, const std::optional<PosePrior>&
                           Association* a) const {
   std::vector<LandmarkObservation> observations;
   std::vector<size_t> feature_of;
+  const SE3 T_CW_start = T_WC_start.inverse();
   for (size_t i = 0; i < a->match.size(); ++i) {
     if (a->match[i] < 0) continue;
+    const Eigen::Vector3d& p_W = a->candidates[a->match[i]].point->p_W;
     observations.push_back(
-        {a->candidates[a->match[i]].point->p_W, PixelOf(frame_->features[i], camera_, pyramid_)});
+        {p_W, ObservationOf(frame_->features[i], camera_, pyramid_, (T_CW_start * p_W).z())});
     feature_of.push_back(i);
   }
   a->estimate = OptimizePose(camera_, T_WC_start, observations, prior);
@@ -267,7 +269,7 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
 
 bool PoseFinder::Fits(size_t feature, const Eigen::Vector3d& p_C) const {
   return p_C.z() >= kMinProjectionDepth &&
-         FitOf(camera_, PixelOf(frame_->features[feature], camera_, pyramid_), p_C).pixel_ok();
+         FitOf(camera_, PixelOf(frame_->features[feature], pyramid_), p_C).pixel_ok();
 }
 
 FoundPose PoseFinder::FollowRest(const PosePrediction& prediction, const FoundPose& other,

@@ -18,6 +18,7 @@
 #include "frontend/core/motion/anchor_history.h"
 #include "frontend/core/motion/motion_model.h"
 #include "frontend/core/motion/pose_uncertainty.h"
+#include "frontend/core/place/piece_start.h"
 #include "frontend/core/place/place_confirmation.h"
 #include "frontend/core/place/recovery.h"
 #include "frontend/core/place/view_change.h"
@@ -66,6 +67,7 @@ class Tracker::Impl {
         cleaner_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         view_(camera_),
         place_(Departs(Departure::kRecovery)),
+        piece_start_(camera_),
         chain_(config) {}
 
   TrackerOutput Push(const CameraFrame& frame);
@@ -130,6 +132,8 @@ class Tracker::Impl {
                          bool carried) const;
   void ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome);
   bool BeginsMap(const FeatureFrame& frame) const;
+  bool CanBeginPiece(const FeatureFrame& frame) const;
+  void BeginPiece(ImageOutcome* outcome);
   bool ContinuesMap(bool vision, const Motion& motion) const;
   Keyframe MakeKeyframe(const FeatureFrame& frame, const FoundPose& found, const FramePose& report);
   void FillPose(FramePose* report) const;
@@ -161,7 +165,11 @@ class Tracker::Impl {
   std::optional<Utime> refuted_;
   std::optional<Pose> hint_;
   PlaceConfirmation place_;
-  std::optional<PlaceConfirmation::Confirmed> confirmed_;  // to be tracked from at the next image
+  PieceStart piece_start_;
+  // To be tracked from at the next image; in this piece of the map.
+  std::optional<PlaceConfirmation::Confirmed> confirmed_;
+  KeyframeId confirmed_piece_;
+  bool joined_ = false;        // the piece in use became part of another: the next pose jumps
   bool claims_place_ = false;  // the newest image's pose; false: it may be anywhere
 
   KeyframeId reference_;  // keyframe the pose is expressed in
@@ -323,13 +331,18 @@ bool Tracker::Impl::TakePlace(Image* image) {
   prediction.has_prior = motion.from_dr;
   prediction.weight_cov = prediction.honest_cov = prediction.search_cov;
   prediction.vision_broken = true;
+  const KeyframeId piece_before = map_.piece();
+  map_.Use(confirmed_piece_);
   image->found = finder_.Follow(prediction, {}, {}, &map_);
-  if (!image->found.found) return false;
   const PoseEstimate& e = image->found.estimate;
-  if (!SamePlace(T_WC_predicted.inverse() * e.T_WC)) return false;
-  const bool carried = place_.in_doubt() || !PosesAgree(image->T_WC_predicted, e.T_WC,
-                                                        uncertainty_.cov() + motion.weight_cov +
-                                                            VisionCovariance(e.vision_information));
+  if (!image->found.found || !SamePlace(T_WC_predicted.inverse() * e.T_WC)) {
+    map_.Use(piece_before);
+    return false;
+  }
+  const bool carried =
+      place_.in_doubt() || map_.piece() != piece_before ||
+      !PosesAgree(image->T_WC_predicted, e.T_WC,
+                  uncertainty_.cov() + motion.weight_cov + VisionCovariance(e.vision_information));
   // Dead reckoning then does not lead from the last keyframe to here.
   if (carried) chain_.Break();
   image->T_WC_before = T_WC;
@@ -434,6 +447,30 @@ bool Tracker::Impl::BeginsMap(const FeatureFrame& frame) const {
   return with_depth >= kMinInitialLandmarks;
 }
 
+// It shows enough to begin a piece of the map, as it would to begin a map.
+bool Tracker::Impl::CanBeginPiece(const FeatureFrame& frame) const {
+  if (map_frozen_ || !map_there() || !DrInLocalBa(config_.variant)) return false;
+  const auto with_depth = std::count_if(frame.features.begin(), frame.features.end(),
+                                        [](const Feature& f) { return f.has_depth(); });
+  return with_depth >= kMinInitialLandmarks && frame.num_detected >= PlaceConfirmation::kRich;
+}
+
+// The piece begins where dead reckoning has led: its frame is W as far as the robot knows it, and
+// the pose in that frame goes on without a step. What was seen before belongs to another piece.
+void Tracker::Impl::BeginPiece(ImageOutcome* outcome) {
+  outcome->begins_piece = true;
+  map_.Use(chain_.next());
+  chain_.Break();
+  uncertainty_ = PoseUncertainty();
+  uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
+  tracked_.clear();
+  standing_ = StandingLandmarks();
+  refuted_.reset();
+  recovery_.Reset();
+  place_ = PlaceConfirmation(Departs(Departure::kRecovery));
+  piece_start_ = PieceStart(camera_);
+}
+
 // An image may become a keyframe when it is known where it was taken, by vision or dead reckoning.
 bool Tracker::Impl::ContinuesMap(bool vision, const Motion& motion) const {
   if (map_frozen_ || (map_known_ && map_.empty()) || place_.in_doubt()) return false;
@@ -442,8 +479,8 @@ bool Tracker::Impl::ContinuesMap(bool vision, const Motion& motion) const {
 
 Keyframe Tracker::Impl::MakeKeyframe(const FeatureFrame& frame, const FoundPose& found,
                                      const FramePose& report) {
-  Keyframe k =
-      chain_.Make({frame, found, report, T_WC_, uncertainty_.cov(), map_.revision()}, motion_);
+  Keyframe k = chain_.Make(
+      {frame, found, report, T_WC_, uncertainty_.cov(), map_.piece(), map_.revision()}, motion_);
   for (size_t i = 0; i < k.landmarks.size(); ++i) {
     if (k.landmarks[i] != LandmarkId::From(k.id, static_cast<int>(i))) continue;
     tracked_.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
@@ -650,6 +687,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
     GoOnWithout(*image, &report, outcome);
     image->found = FoundPose{};
   }
+  outcome.corrected |= std::exchange(joined_, false);
   outcome.q = report.q;
   outcome.dr_share = report.dr_share;
   ConsiderPlace(*image, out, &outcome);
@@ -678,9 +716,9 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   RememberAnchor();
   hint_.reset();
   const bool due =
-      ContinuesMap(outcome.vision, image->motion) &&
+      !outcome.begins_piece && ContinuesMap(outcome.vision, image->motion) &&
       chain_.WantsNext(image->utime, *image->frame, image->found, map_.NumLandmarks(reference_));
-  if (outcome.begins_map || due) {
+  if (outcome.begins_map || outcome.begins_piece || due) {
     if (config_.matching != Matching::kAll) finder_.Complete(&map_, &image->found);
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
     MarkNewLandmarks(*out->keyframe, &out->detail);
@@ -734,10 +772,17 @@ void Tracker::Impl::ConsiderPlace(const Image& image, TrackerOutput* out, ImageO
   }
   // An empty map begins where this tracker is.
   const bool known = placed_now || image.hinted || (map_known_ && map_.empty());
-  claims_place_ = known && !place_.in_doubt();
+  const bool sure = known && !place_.in_doubt();
+  const bool in_piece = map_.piece().valid();
+  claims_place_ = sure && !in_piece;
+  const bool lost = !sure && evidence.map_there;
+  if (piece_start_.Observe(image.utime, !lost, *image.frame, evidence.T_OC) &&
+      CanBeginPiece(*image.frame)) {
+    BeginPiece(outcome);
+  }
   if (claims_place_ || !evidence.map_there) return;
   outcome->place_known = false;
-  report.reason = known ? TrackingReason::kPoseJump : TrackingReason::kPlaceUnknown;
+  report.reason = known && !sure ? TrackingReason::kPoseJump : TrackingReason::kPlaceUnknown;
 }
 
 bool Tracker::Impl::Push(const MapUpdate& update) {
@@ -760,7 +805,16 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
       }
     }
     if (const auto T_WK = map_.KeyframePose(reference_)) T_WC_ = *T_WK * T_KC;
-    uncertainty_.Shift((T_WC_before.inverse() * T_WC_).Log());
+    if (const auto piece = map_.PieceOf(reference_); piece && *piece != map_.piece()) {
+      // Its frame is another one now, in which the pose is as sure as it was in the piece.
+      map_.Use(*piece);
+      joined_ = true;
+      const Matrix6d cov = uncertainty_.cov();
+      uncertainty_ = PoseUncertainty();
+      uncertainty_.Reset(cov);
+    } else {
+      uncertainty_.Shift((T_WC_before.inverse() * T_WC_).Log());
+    }
     const SE3 T_correction = T_WC_ * T_WC_before.inverse();
     motion_.MapMoved(T_correction);
     anchors_.Move(T_correction);
@@ -778,7 +832,10 @@ void Tracker::Impl::Push(const Pose& pose) {
 void Tracker::Impl::Push(const PlaceMatch& match) {
   const auto T_OC = motion_.OdometryPose(match.utime);
   if (!T_OC) return;
-  if (const auto confirmed = place_.Take(match, *T_OC)) confirmed_ = confirmed;
+  if (const auto confirmed = place_.Take(match, *T_OC)) {
+    confirmed_ = confirmed;
+    confirmed_piece_ = map_.PieceOf(match.keyframe).value_or(KeyframeId{});
+  }
 }
 
 MapRequest Tracker::Impl::Request() const {

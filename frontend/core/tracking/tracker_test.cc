@@ -638,6 +638,94 @@ TEST(Tracker, CarriedAwayItClaimsNothingAsksAndFollowsTheAnswers) {
   EXPECT_FALSE(first_there->dr);  // it does not lead from where the robot was lifted
 }
 
+// What the back-end makes of keyframes of a piece when it joins it to the map: all of it moves.
+MapUpdate Joined(const std::vector<Keyframe>& piece, const SE3& T_MapPiece,
+                 const RectifiedCamera& camera) {
+  MapUpdate update;
+  update.revision = 1;
+  update.newest_keyframe = piece.back().id;
+  for (const Keyframe& keyframe : piece) {
+    const SE3 T_WC = T_MapPiece * keyframe.T_WC;
+    update.keyframes.push_back({keyframe.id, keyframe.utime, T_WC});
+    for (size_t i = 0; i < keyframe.features.size(); ++i) {
+      const LandmarkId id = keyframe.landmarks[i];
+      if (!id.valid() || id.creator() != keyframe.id) continue;
+      const Feature& f = keyframe.features[i];
+      LandmarkUpdate landmark;
+      landmark.id = id;
+      landmark.p_W = T_WC * camera.Unproject(f.u, f.v, f.depth);
+      landmark.normal_W = (landmark.p_W - T_WC.translation()).normalized();
+      landmark.max_distance = 2 * f.depth;
+      landmark.min_distance = f.depth / 4;
+      landmark.descriptor = keyframe.descriptors[i];
+      landmark.observations = {{keyframe.id, static_cast<int32_t>(i)}};
+      update.landmarks.push_back(landmark);
+    }
+  }
+  return update;
+}
+
+// After two seconds the robot is set down where it has not been yet, and nobody knows the place. It
+// maps on there in a piece of its own, claims nothing, and goes on in the map when the piece is
+// joined to it.
+TEST(Tracker, CarriedToUnmappedGroundItMapsOnInAPieceOfItsOwn) {
+  const World world;
+  const RectifiedCamera& camera = world.geometry().rectified;
+  FrontendConfig config;
+  config.variant = Variant::kFull;
+  Tracker tracker = *Tracker::Create(config, world.geometry());
+  MapUpdate empty;
+  empty.snapshot = true;
+  EXPECT_TRUE(tracker.Push(empty));
+  constexpr int kCarried = 60, kJoined = 210, kImages = 240;
+  const auto true_pose = [](int i) {
+    return TruePose((i < kCarried ? i : i + 189) * kFrameUs * 1e-6);
+  };
+  SE3 T_OB, T_WO;  // T_WO: by which the piece lies wrong
+  std::vector<Keyframe> piece;
+  int begun = -1;
+  for (int i = 0; i < kImages; ++i) {
+    const SE3 T_WB = true_pose(i);
+    if (i > 0 && i != kCarried) T_OB = T_OB * (true_pose(i - 1).inverse() * T_WB);
+    if (i == kCarried) T_WO = T_WB * T_OB.inverse();
+    DrState state;
+    state.utime = {i * kFrameUs};
+    state.seq = i + 1;
+    state.T_OB = T_OB;
+    EXPECT_TRUE(tracker.Push(state));
+    if (i == kJoined) {
+      EXPECT_TRUE(tracker.Push(Joined(piece, T_WO, camera)));
+    }
+    const TrackerOutput out = tracker.Track({i * kFrameUs}, i + 1, world.See(T_WB, i, false));
+    const double claimed_m = std::sqrt(out.pose.cov_T_WB.diagonal().head<3>().maxCoeff());
+    if (i >= kCarried && i < kJoined) {
+      EXPECT_EQ(out.pose.status, TrackingStatus::kRecovering) << i;
+      EXPECT_GT(claimed_m, 5) << i;
+      if (out.keyframe) {
+        if (piece.empty()) begun = i;
+        piece.push_back(*out.keyframe);
+      }
+      // In its own frame, which is that of dead reckoning, it knows where it is.
+      if (!piece.empty()) {
+        EXPECT_LT((out.pose.T_WB.translation() - T_OB.translation()).norm(), 0.1) << i;
+      }
+    } else if (i >= kJoined) {
+      EXPECT_LT((out.pose.T_WB.translation() - T_WB.translation()).norm(), 0.1) << i;
+      EXPECT_LT(claimed_m, 0.2) << i;
+      EXPECT_EQ(out.pose.status == TrackingStatus::kRecovering, i == kJoined) << i;
+      EXPECT_FALSE(out.keyframe && out.keyframe->piece.valid()) << i;
+    }
+  }
+  ASSERT_GT(piece.size(), 2u);
+  EXPECT_GE(begun - kCarried, 90);  // 3 s
+  EXPECT_LT(begun - kCarried, 120);
+  EXPECT_EQ(piece[0].piece, piece[0].id);
+  EXPECT_FALSE(piece[0].previous.valid());
+  EXPECT_EQ(piece[1].piece, piece[0].id);
+  EXPECT_EQ(piece[1].previous, piece[0].id);
+  EXPECT_TRUE(piece[1].dr);
+}
+
 TEST(Tracker, EveryImageGetsAPoseEvenBadOnes) {
   const World world;
   Tracker tracker = *Tracker::Create({}, world.geometry());

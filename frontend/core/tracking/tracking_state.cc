@@ -11,7 +11,7 @@ constexpr double kNoticeableShare = 0.2;
 }  // namespace
 
 TrackingState NextState(TrackingState before, const ImageOutcome& outcome) {
-  if (outcome.vision || outcome.begins_map) return TrackingState::kTracking;
+  if (outcome.vision || outcome.begins_map || outcome.begins_piece) return TrackingState::kTracking;
   return IsPlaced(before) ? TrackingState::kBlind : TrackingState::kUnplaced;
 }
 

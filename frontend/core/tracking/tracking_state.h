@@ -21,6 +21,7 @@ inline bool IsPlaced(TrackingState state) {
 struct ImageOutcome {
   bool map_there = false;      // there are landmarks to be tracked
   bool begins_map = false;     // there was no map, and this image begins one
+  bool begins_piece = false;   // where in the map is not known, and this image begins a piece of it
   bool vision = false;         // a pose from vision was believed
   bool unconfirmed = false;    // vision found a pose that is not believed yet
   bool from_dr = false;        // dead reckoning covers the motion since the image before

@@ -1,4 +1,5 @@
-// gw-map: looks into the map on disk, checks it, repairs it, and gives it to other programs.
+// gw-map: looks into the map on disk, checks it, repairs it, edits it, joins two, and gives it to
+// other programs.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
@@ -8,6 +9,7 @@
 #include "common/core/version.h"
 #include "grid/files/map_server.h"
 #include "tools/data/files/text_file.h"
+#include "tools/data/map/map_edit.h"
 #include "tools/data/map/map_export.h"
 #include "tools/data/map/map_report.h"
 
@@ -69,6 +71,64 @@ int Repair(const std::string& directory, const std::string& out) {
   return kExitOk;
 }
 
+// The map with its floor map, for editing.
+Result<SavedMap> LoadSaved(const std::string& directory) {
+  auto loaded = Load(directory);
+  if (!loaded) return loaded.error();
+  SavedMap out{*std::move(loaded), std::nullopt};
+  auto saved = grid::LoadGrid(directory);
+  if (saved) {
+    out.grid = *std::move(saved);
+  } else if (saved.error().code != ErrorCode::kNotFound) {
+    std::fprintf(stderr, "gw-map: warning: the floor map is left out: %s\n",
+                 saved.error().message.c_str());
+  }
+  return out;
+}
+
+// Writes an edited map, which has to be whole, into a new folder.
+int Save(const Result<EditedMap>& edited, const std::string& out) {
+  if (!edited) return Fail(edited.error());
+  const backend::MapFaults faults = backend::CheckMap(edited->saved.map.map);
+  if (faults.count > 0) {
+    return Fail({ErrorCode::kBadData, "the new map would contradict itself: " + faults.texts[0]});
+  }
+  if (const auto saved = backend::SaveMap(out, edited->saved.map); !saved) {
+    return Fail(saved.error());
+  }
+  if (edited->saved.grid) {
+    if (const auto saved = grid::SaveGrid(out, *edited->saved.grid); !saved) {
+      return Fail(saved.error());
+    }
+  }
+  for (const std::string& note : edited->notes) std::printf("%s\n", note.c_str());
+  std::printf("%s: %zu keyframes, %zu landmarks\n", out.c_str(),
+              edited->saved.map.map.keyframes().size(), edited->saved.map.map.num_landmarks());
+  return kExitOk;
+}
+
+int Merge(const std::string& directory, const std::string& second, const std::string& out) {
+  const auto a = LoadSaved(directory);
+  if (!a) return Fail(a.error());
+  const auto b = LoadSaved(second);
+  if (!b) return Fail(b.error());
+  return Save(MergeSavedMaps(*a, *b), out);
+}
+
+int WithoutSession(const std::string& directory, int session, const std::string& out) {
+  const auto saved = LoadSaved(directory);
+  if (!saved) return Fail(saved.error());
+  return Save(RemoveSession(*saved, session), out);
+}
+
+int Crop(const std::string& directory, const std::string& rectangle, const std::string& out) {
+  const auto parsed = ParseRectangle(rectangle);
+  if (!parsed) return Fail(parsed.error());
+  const auto saved = LoadSaved(directory);
+  if (!saved) return Fail(saved.error());
+  return Save(CropMap(*saved, *parsed), out);
+}
+
 struct ExportFiles {
   std::string ply, g2o, tum, grid;
   int min_shared = 15;
@@ -112,44 +172,91 @@ int Export(const std::string& directory, const ExportFiles& files) {
   return done ? kExitOk : Fail(done.error());
 }
 
-int Main(int argc, char** argv) {
-  CLI::App app(
-      "Looks into the map on disk (gw-backend --map DIR), checks it, repairs it, exports it.\n"
-      "Exit: 0 ok, 1 problems found or map not readable, 2 usage.");
-  app.set_version_flag("--version", Version());
-  app.require_subcommand(1);
-  std::string directory, out;
+// What the command line says.
+struct Arguments {
+  std::string directory, second, out, rectangle;
+  int session = 0;
   bool json = false;
   ExportFiles files;
-  CLI::App* const info = app.add_subcommand("info", "keyframes, landmarks, sessions, size");
-  CLI::App* const check =
-      app.add_subcommand("check", "every checksum, every invariant of the map; exit 1 if broken");
-  CLI::App* const repair = app.add_subcommand(
-      "repair", "the newest consistent map into a new folder; DIR stays as it is");
-  CLI::App* const to_files = app.add_subcommand("export", "the map for other programs");
-  for (CLI::App* const command : {info, check, repair, to_files}) {
-    command->add_option("DIR", directory, "folder of the map")->required();
+};
+
+struct Commands {
+  CLI::App *info, *check, *repair, *merge, *remove_session, *crop, *to_files;
+};
+
+Commands AddCommands(CLI::App* app, Arguments* arguments) {
+  Commands c{};
+  c.info = app->add_subcommand("info", "keyframes, landmarks, sessions, size");
+  c.check =
+      app->add_subcommand("check", "every checksum, every invariant of the map; exit 1 if broken");
+  c.repair = app->add_subcommand("repair",
+                                 "the newest consistent map into a new folder; DIR stays as it is");
+  c.merge = app->add_subcommand(
+      "merge",
+      "two maps made apart become one where they show the same places; exit 1 if they do "
+      "not, 78 if their cameras differ");
+  c.remove_session =
+      app->add_subcommand("remove-session", "the map without the keyframes of one session");
+  c.crop = app->add_subcommand("crop", "the part of the map inside a rectangle");
+  c.to_files = app->add_subcommand("export", "the map for other programs");
+  for (CLI::App* const command :
+       {c.info, c.check, c.repair, c.merge, c.remove_session, c.crop, c.to_files}) {
+    command->add_option("DIR", arguments->directory, "folder of the map")->required();
   }
-  for (CLI::App* const command : {info, check}) command->add_flag("--json", json, "print JSON");
-  repair->add_option("--out", out, "new folder")->required();
-  to_files->add_option("--ply", files.ply, "landmarks and way of the robot, for a mesh viewer");
-  to_files->add_option("--g2o", files.g2o, "pose graph: dead-reckoning and covisibility edges");
-  to_files->add_option("--tum", files.tum, "keyframes as t tx ty tz qx qy qz qw of the body");
-  to_files->add_option("--grid", files.grid,
-                       "folder for the floor map of gw-grid: map.yaml and map.pgm of map_server");
-  to_files
-      ->add_option("--min-shared", files.min_shared,
+  c.merge->add_option("SECOND", arguments->second, "folder of the map to be joined to it")
+      ->required();
+  for (CLI::App* const command : {c.info, c.check}) {
+    command->add_flag("--json", arguments->json, "print JSON");
+  }
+  for (CLI::App* const command : {c.repair, c.merge, c.remove_session, c.crop}) {
+    command->add_option("--out", arguments->out, "new folder; what is given stays as it is")
+        ->required();
+  }
+  c.remove_session->add_option("--session", arguments->session, "its number, as info lists them")
+      ->required();
+  c.crop
+      ->add_option("--rectangle", arguments->rectangle,
+                   "x0,y0,x1,y1 in W, metres: keyframes "
+                   "whose body is inside stay")
+      ->required();
+  return c;
+}
+
+void AddExportOptions(CLI::App* command, ExportFiles* files) {
+  command->add_option("--ply", files->ply, "landmarks and way of the robot, for a mesh viewer");
+  command->add_option("--g2o", files->g2o, "pose graph: dead-reckoning and covisibility edges");
+  command->add_option("--tum", files->tum, "keyframes as t tx ty tz qx qy qz qw of the body");
+  command->add_option("--grid", files->grid,
+                      "folder for the floor map of gw-grid: map.yaml and map.pgm of map_server");
+  command
+      ->add_option("--min-shared", files->min_shared,
                    "g2o: common landmarks that make a covisibility edge (default 15)")
       ->check(CLI::Range(1, 1000000));
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app(
+      "Looks into the map on disk (gw-backend --map DIR), checks it, repairs it, edits it, exports "
+      "it.\n"
+      "Exit: 0 ok, 1 problems found or map not usable, 2 usage, 78 maps of different cameras.");
+  app.set_version_flag("--version", Version());
+  app.require_subcommand(1);
+  Arguments arguments;
+  const Commands commands = AddCommands(&app, &arguments);
+  AddExportOptions(commands.to_files, &arguments.files);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   }
-  if (*info) return Info(directory, json);
-  if (*check) return Check(directory, json);
-  if (*repair) return Repair(directory, out);
-  return Export(directory, files);
+  const std::string& directory = arguments.directory;
+  if (*commands.info) return Info(directory, arguments.json);
+  if (*commands.check) return Check(directory, arguments.json);
+  if (*commands.repair) return Repair(directory, arguments.out);
+  if (*commands.merge) return Merge(directory, arguments.second, arguments.out);
+  if (*commands.remove_session) return WithoutSession(directory, arguments.session, arguments.out);
+  if (*commands.crop) return Crop(directory, arguments.rectangle, arguments.out);
+  return Export(directory, arguments.files);
 }
 
 }  // namespace

@@ -11,15 +11,6 @@
 namespace gw::tools {
 namespace {
 
-// Pose of the body, with the camera's mounting of the session that made the keyframe.
-SE3 BodyPose(const backend::LoadedMap& loaded, const Keyframe& keyframe) {
-  SE3 T_BC;
-  for (const backend::MapSession& session : loaded.sessions) {
-    if (session.first_keyframe <= keyframe.id) T_BC = session.T_BC;
-  }
-  return keyframe.T_WC * T_BC.inverse();
-}
-
 std::string PoseColumns(const SE3& T) {
   const Eigen::Vector3d& p = T.translation();
   const Eigen::Quaterniond& q = T.rotation();
@@ -41,6 +32,14 @@ std::string G2oEdge(KeyframeId from, KeyframeId to, const SE3& T_FromTo,
 }
 
 }  // namespace
+
+SE3 BodyPose(const backend::LoadedMap& loaded, const Keyframe& keyframe) {
+  SE3 T_BC;
+  for (const backend::MapSession& session : loaded.sessions) {
+    if (session.first_keyframe <= keyframe.id) T_BC = session.T_BC;
+  }
+  return keyframe.T_WC * T_BC.inverse();
+}
 
 std::string PlyText(const backend::LoadedMap& loaded) {
   const backend::Map& map = loaded.map;

@@ -9,6 +9,9 @@
 
 namespace gw::tools {
 
+// Pose of the body, with the camera's mounting of the session that made the keyframe.
+SE3 BodyPose(const backend::LoadedMap& loaded, const Keyframe& keyframe);
+
 // ASCII PLY: landmarks grey, the keyframes' body positions red, and an edge from each keyframe to
 // the one after it in time (of the same session).
 std::string PlyText(const backend::LoadedMap& loaded);

@@ -122,8 +122,9 @@ std::string ReportText(const MapReport& r) {
   if (r.torn_bytes > 0) {
     out += Format("  torn end      %" PRId64 " bytes, cut off at the next start\n", r.torn_bytes);
   }
+  int session = 0;
   for (const SessionReport& s : r.sessions) {
-    out += Format("  session       begun %.6f, version %s: %" PRId64 " keyframes",
+    out += Format("  session %-5d begun %.6f, version %s: %" PRId64 " keyframes", ++session,
                   s.begin.seconds(), s.version.c_str(), s.keyframes);
     if (s.keyframes > 0) {
       out += Format(", %.3f to %.3f s", s.first_utime.seconds(), s.last_utime.seconds());

@@ -15,6 +15,7 @@
 #include "backend/journal/journal.h"
 #include "backend/test/world.h"
 #include "common/core/exit_code.h"
+#include "tools/data/map/map_edit.h"
 #include "tools/data/map/map_export.h"
 #include "tools/data/map/map_report.h"
 
@@ -207,6 +208,96 @@ TEST_F(MapToolTest, ExportsTheFloorMapThatIsSavedBesideTheMap) {
 
   EXPECT_EQ(Run(export_grid), kExitOk) << output();
   EXPECT_THAT(Read(Path("floor/map.yaml")), HasSubstr("resolution: 0.05"));
+}
+
+// Local grids on three keyframes, beside the map.
+TEST_F(MapToolTest, ASessionIsTakenOutAndTheFloorMapFollows) {
+  grid::GridFile file{0.05, {}};
+  for (const int64_t id : {2, 5, 7}) {
+    file.grids.push_back({{id}, {}, {}});
+    file.grids.back().grid.cells.Add({20, 0}, {3, 1});
+  }
+  ASSERT_TRUE(grid::SaveGrid(Path("map"), file).ok());
+  const std::string before = Read(Journal());
+  ASSERT_EQ(Run("remove-session " + Path("map") + " --session 2 --out " + Path("one")), kExitOk)
+      << output();
+  EXPECT_THAT(output(), HasSubstr("4 of 9 keyframes"));
+  EXPECT_THAT(output(), HasSubstr("1 of 3 local grids"));
+  EXPECT_EQ(Read(Journal()), before);
+  EXPECT_EQ(Run("check " + Path("one")), kExitOk) << output();
+  const auto one = backend::LoadMap(Path("one"));
+  EXPECT_EQ(one->sessions.size(), 1u);
+  EXPECT_EQ(one->map.keyframes().rbegin()->first, KeyframeId{4});
+  EXPECT_EQ(grid::LoadGrid(Path("one"))->grids.size(), 1u);
+
+  EXPECT_EQ(Run("remove-session " + Path("map") + " --session 3 --out " + Path("x")), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("sessions 1 to 2"));
+  EXPECT_EQ(Run("remove-session " + Path("one") + " --session 1 --out " + Path("x")), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("nothing would be left"));
+  // Never over a map that is there.
+  EXPECT_EQ(Run("remove-session " + Path("map") + " --session 1 --out " + Path("one")),
+            kExitFailed);
+  EXPECT_EQ(Run("remove-session " + Path("map") + " --out " + Path("x")), kExitUsage);
+}
+
+TEST_F(MapToolTest, CropKeepsWhatLiesInside) {
+  const auto loaded = backend::LoadMap(Path("map"));
+  const Eigen::Vector3d p = BodyPose(*loaded, loaded->map.FindKeyframe({4})->frame).translation();
+  const Rectangle around{p.x() - 0.05, p.y() - 0.05, p.x() + 0.05, p.y() + 0.05};
+  const auto cropped = CropMap({*loaded, std::nullopt}, around);
+  ASSERT_TRUE(cropped.ok());
+  EXPECT_NE(cropped->saved.map.map.FindKeyframe({4}), nullptr);
+  EXPECT_LT(cropped->saved.map.map.keyframes().size(), loaded->map.keyframes().size());
+  EXPECT_EQ(Run("crop " + Path("map") + " --rectangle -100,-100,100,100 --out " + Path("all")),
+            kExitOk)
+      << output();
+  EXPECT_EQ(Run("check " + Path("all")), kExitOk) << output();
+  EXPECT_THAT(output(), HasSubstr("ok (9 keyframes"));
+  EXPECT_EQ(Run("crop " + Path("map") + " --rectangle 50,50,60,60 --out " + Path("x")),
+            kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("no keyframe"));
+  for (const char* bad : {"1,2,3", "1,2,0,4", "1,2,3,4,5", "a,b,c,d", "1,2,nan,4", "1;2;3;4"}) {
+    EXPECT_EQ(Run("crop " + Path("map") + " --out " + Path("x") + " --rectangle '" + bad + "'"),
+              kExitUsage)
+        << bad;
+  }
+}
+
+// A part of a lap through a furnished room, on disk.
+void SaveDrive(const std::string& directory, uint64_t seed) {
+  backend::World world({.seed = seed, .keyframes_per_lap = 40});
+  backend::LoadedMap drive;
+  backend::Mapper mapper = *backend::Mapper::Create({}, {}, backend::TestCamera());
+  for (int k = 0; k < 12; ++k) mapper.Insert(world.Make(k, mapper.map()));
+  drive.map = mapper.map();
+  drive.sessions = {backend::MakeSession({1'000'000}, backend::TestCamera(), OrbConfig())};
+  ASSERT_TRUE(backend::SaveMap(directory, drive).ok());
+}
+
+TEST_F(MapToolTest, MapsAreMergedOrTheReasonIsTold) {
+  ASSERT_NO_FATAL_FAILURE(SaveDrive(Path("a"), 1));
+  ASSERT_NO_FATAL_FAILURE(SaveDrive(Path("other"), 2));
+  const std::string merge = "merge " + Path("a") + " ";
+  EXPECT_EQ(Run(merge + Path("nowhere") + " --out " + Path("x")), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("holds no map"));
+  // The same drive twice: certainly the same place.
+  ASSERT_EQ(Run(merge + Path("a") + " --out " + Path("both")), kExitOk) << output();
+  EXPECT_THAT(output(), HasSubstr("views of the second map agree"));
+  EXPECT_EQ(Run("check " + Path("both")), kExitOk) << output();
+  const auto both = backend::LoadMap(Path("both"));
+  ASSERT_EQ(both->sessions.size(), 2u);
+  EXPECT_EQ(both->sessions[1].first_keyframe, KeyframeId{13});
+  const auto one = backend::LoadMap(Path("a"));
+  EXPECT_LT(both->map.num_landmarks(), one->map.num_landmarks() * 3 / 2);
+
+  EXPECT_EQ(Run(merge + Path("other") + " --out " + Path("x")), kExitFailed);
+  EXPECT_THAT(output(), HasSubstr("no place in common"));
+  EXPECT_FALSE(fs::exists(Path("x")));
+  backend::LoadedMap another_camera = *one;
+  another_camera.sessions.back().source.fx += 1;
+  ASSERT_TRUE(backend::SaveMap(Path("camera"), another_camera).ok());
+  EXPECT_EQ(Run(merge + Path("camera") + " --out " + Path("x")), kExitBadConfig);
+  EXPECT_THAT(output(), HasSubstr("different cameras: fx"));
 }
 
 TEST_F(MapToolTest, ExitCodesTellUsageFromData) {

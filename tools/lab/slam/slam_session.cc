@@ -61,7 +61,7 @@ void SlamSession::BeginLap(DurationUs shift) {
 
 void SlamSession::Process(const process::LogEvent& event) {
   if (event.channel == wire::kCamera) {
-    auto camera = wire::DecodeCamera({event.data.begin(), event.data.end()});
+    auto camera = wire::ViewCamera(event.data);
     if (!camera) {
       ++counters_.undecodable;
       return;

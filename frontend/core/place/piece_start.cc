@@ -1,0 +1,36 @@
+#include "frontend/core/place/piece_start.h"
+
+#include "frontend/core/place/place_confirmation.h"
+#include "frontend/core/place/view_change.h"
+
+namespace gw::frontend {
+
+bool PieceStart::Observe(Utime utime, bool place_known, const FeatureFrame& frame,
+                         const std::optional<SE3>& T_OC) {
+  if (place_known || !T_OC) {
+    since_.reset();
+    compared_.reset();
+    return false;
+  }
+  if (!since_) since_ = utime;
+  if (frame.num_detected < PlaceConfirmation::kRich) return false;
+  if (!compared_) {
+    compared_ = Image{frame, *T_OC};
+    return false;
+  }
+  const SE3 motion = compared_->T_OC.inverse() * *T_OC;
+  if (motion.translation().norm() < kWay && LogSO3(motion.rotation()).norm() < kTurn) return false;
+  const bool agrees = Agrees(frame, *T_OC);
+  compared_ = Image{frame, *T_OC};
+  return agrees && utime - *since_ >= kPatience;
+}
+
+// What moves with the camera is seen where it was.
+bool PieceStart::Agrees(const FeatureFrame& frame, const SE3& T_OC) const {
+  const double moved =
+      ShareSeenAgain(camera_, compared_->frame, frame, T_OC.inverse() * compared_->T_OC);
+  const double fixed = ShareSeenAgain(camera_, compared_->frame, frame, SE3());
+  return moved >= kLeastSeen && moved > fixed;
+}
+
+}  // namespace gw::frontend

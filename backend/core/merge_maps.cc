@@ -20,8 +20,8 @@ constexpr double kSampleTurn = 10.0 * std::numbers::pi / 180;
 // Two cameras so near to each other see the same, and each is located by what the other saw.
 constexpr double kSameViewWay = 0.3;  // m
 constexpr double kSameViewTurn = 10.0 * std::numbers::pi / 180;
-// So many views in a row that are not what they should be are another place. Half and double of it
-// tell the maps that were measured apart as well (docs/adr/0048-merging-maps.md).
+// So many views in a row that are not what they should be are another place
+// (docs/adr/0048-merging-maps.md).
 constexpr int kUnlikeInARow = 6;
 
 bool Near(const SE3& a, const SE3& b, double way, double turn) {

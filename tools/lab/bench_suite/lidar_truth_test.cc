@@ -9,7 +9,7 @@ namespace gw::bench {
 namespace {
 
 TEST(LidarTruth, IsNearTheTruthAndNotTheTruth) {
-  const eval::Trajectory truth = eval::Eight(3000, 0.01);
+  const eval::Trajectory truth = eval::Eight(1500, 0.01);
   const LidarTruth lidar{10, 0.02, 0.3};
   const auto smooth = AsOfLidar(truth, lidar, 1);
   ASSERT_TRUE(smooth.ok());

@@ -26,6 +26,7 @@ constexpr Command kCommands[] = {
     {"repeat-run", "the same way lap after lap, the map kept", MakeRepeatRunStudy},
     {"localize", "starts in a saved map, and the robot carried about in it", MakeLocalizeStudy},
     {"loops", "are the loops of a drive closed, and does that make the map better", MakeLoopsStudy},
+    {"closed-loop", "a robot drives several ways on live poses", MakeClosedLoopStudy},
     {"dr-faults", "faults of wheels, IMU and extrinsics, one after the other", MakeDrFaultsStudy},
     {"vision-faults", "faults of the camera, one after the other", MakeVisionFaultsStudy},
 };

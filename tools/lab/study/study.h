@@ -23,6 +23,7 @@ std::unique_ptr<Study> MakeLatencyStudy();
 std::unique_ptr<Study> MakeRepeatRunStudy();
 std::unique_ptr<Study> MakeLocalizeStudy();
 std::unique_ptr<Study> MakeLoopsStudy();
+std::unique_ptr<Study> MakeClosedLoopStudy();
 std::unique_ptr<Study> MakeDrFaultsStudy();
 std::unique_ptr<Study> MakeVisionFaultsStudy();
 

@@ -1,19 +1,15 @@
 #include "frontend/core/tracking/tracker.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "common/core/clock_watch.h"
-#include "common/core/log_odds.h"
 #include "common/good_weights/camera_motion.h"
-#include "common/good_weights/edge_covariance.h"
 #include "common/good_weights/quality.h"
 #include "common/good_weights/vision_noise.h"
 #include "frontend/core/features/image_cleaner.h"
 #include "frontend/core/map/local_map.h"
-#include "frontend/core/map/standing_landmarks.h"
 #include "frontend/core/map/tracked_points.h"
 #include "frontend/core/motion/anchor_history.h"
 #include "frontend/core/motion/motion_model.h"
@@ -26,6 +22,7 @@
 #include "frontend/core/tracking/keyframe_chain.h"
 #include "frontend/core/tracking/pose_finder.h"
 #include "frontend/core/tracking/tracking_state.h"
+#include "frontend/core/tracking/witnesses.h"
 
 namespace gw::frontend {
 namespace {
@@ -36,22 +33,11 @@ constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad
 // Quality from which a pose may contradict dead reckoning: half of what there is to be seen is.
 constexpr double kSureQuality = 0.5;
-// A pose of the world finds a landmark again that is known to stand still with a probability of at
-// least PoseFinder::kTrustedShare; one that moves with something else by chance.
-constexpr double kFoundByChance = 0.02;
-// Odds against a pose from which it is not believed.
-constexpr double kUnbelievable = 20;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
-
-// Two estimates of a pose, or covariances far too small: cov is of their difference.
-bool Apart(const SE3& a, const SE3& b, const Matrix6d& cov) {
-  const Vector6d e = (a.inverse() * b).Log();
-  return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
-}
 
 }  // namespace
 
@@ -95,6 +81,8 @@ class Tracker::Impl {
     FoundPose found;
     bool agreed = false;   // with dead reckoning, around whose prediction the pose was found
     bool snapped = false;  // found from a confirmed place, and believed
+
+    Witnesses::OfDr of_dr() const { return {utime, T_WC_predicted, motion.weight_cov}; }
   };
 
   bool Departs(Departure d) const { return config_.dr_weight.Departs(d); }
@@ -110,14 +98,9 @@ class Tracker::Impl {
   Image Predict(Utime utime);
   void Locate(Image* image);
   FoundPose Find(Image* image);
-  bool Contradicts(const Image& image, const FoundPose& found) const;
   std::optional<FoundPose> FindAlone(Image* image, const FoundPose& other);
-  bool Founded(const FoundPose& found) const;
-  bool Refuted(Utime now) const;
-  bool Tells(const Image& image) const;
   FoundPose Decide(const PosePrediction& prediction, Image* image, FoundPose found);
   void Show(const SE3& T_ab, Image* image);
-  static SE3 VisionAlone(const Image& image, const PoseEstimate& e);
   FoundPose FindAnywhere(Utime utime);
   bool TakePlace(Image* image);
   bool IsBelieved(const Image& image, const FramePose& report);
@@ -160,9 +143,7 @@ class Tracker::Impl {
   PoseUncertainty uncertainty_;  // of T_WC_
   Recovery recovery_;
   std::vector<TrackedPoint> tracked_;
-  StandingLandmarks standing_;
-  // When the rest of an image refuted vision, if nothing that stands still has been seen since.
-  std::optional<Utime> refuted_;
+  Witnesses witnesses_{&motion_, &anchors_};
   std::optional<Pose> hint_;
   PlaceConfirmation place_;
   PieceStart piece_start_;
@@ -175,39 +156,6 @@ class Tracker::Impl {
   KeyframeId reference_;  // keyframe the pose is expressed in
   KeyframeChain chain_;
 };
-
-// True when the pose that was found around the prediction of dead reckoning contradicts it, or is
-// none.
-bool Tracker::Impl::Contradicts(const Image& image, const FoundPose& found) const {
-  if (!found.found || found.estimate.num_inliers < PoseFinder::kTrustedShare * found.num_tracked)
-    return true;
-  const SE3 T_WC = VisionAlone(image, found.estimate);
-  const Matrix6d cov = VisionCovariance(found.estimate.vision_information);
-  const Matrix6d& of_image = image.motion.weight_cov;
-  if (Apart(image.T_WC_predicted, T_WC, of_image + cov)) return true;
-  // A little in every image is much in a while: what is white grows with its root.
-  const auto before = anchors_.From(image.utime - StandingLandmarks::kProof);
-  const auto T_OC = motion_.OdometryPose(image.utime);
-  return before && T_OC &&
-         Apart(before->T_WO * *T_OC, T_WC, (before->num_images + 1) * of_image + cov);
-}
-
-// False for a pose by which chance, or something else than the world, explains better than the
-// world which of the landmarks that stand still it finds again.
-bool Tracker::Impl::Founded(const FoundPose& found) const {
-  const auto standing = std::count_if(tracked_.begin(), tracked_.end(),
-                                      [this](const auto& t) { return standing_.Knows(t.id); });
-  const int again = standing_.Count(found.landmarks);
-  const double odds =
-      LogOdds(again, static_cast<double>(standing), kFoundByChance, PoseFinder::kTrustedShare);
-  return odds < std::log(kUnbelievable);
-}
-
-// What was known to stand when vision was refuted is forgotten after a while, and cannot clear it
-// then.
-bool Tracker::Impl::Refuted(Utime now) const {
-  return refuted_ && now - *refuted_ <= StandingLandmarks::kMemory;
-}
 
 // Gives the image to the pose finder, corrected for the motion since the image before.
 void Tracker::Impl::Show(const SE3& T_ab, Image* image) {
@@ -225,7 +173,9 @@ std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, const FoundPose&
   prediction.search_cov = prediction.weight_cov = motion.weight_cov;
   FoundPose alone = finder_.Follow(prediction, tracked_, reference_, &map_);
   const int fewest = std::max(Recovery::kConvincingInliers, other.estimate.num_inliers);
-  if (alone.found && alone.estimate.num_inliers >= fewest && Founded(alone)) return alone;
+  if (alone.found && alone.estimate.num_inliers >= fewest && witnesses_.Founded(alone, tracked_)) {
+    return alone;
+  }
   Show(image->T_ab, image);
   return std::nullopt;
 }
@@ -234,19 +184,19 @@ std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, const FoundPose&
 // contradicts it, and vision alone. The rest of the image decides, and landmarks that are known to
 // stand still.
 FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, FoundPose found) {
-  if (found.found && standing_.KnowsAny()) {
+  if (found.found && witnesses_.KnowAny()) {
     FoundPose rest = finder_.FollowRest(prediction, found, reference_, &map_);
     if (rest.found) {
       // What fits to this pose besides is a witness from now on.
       finder_.Complete(&map_, &rest);
       image->agreed = true;
-      refuted_ = image->utime;
+      witnesses_.Refute(image->utime);
       return rest;
     }
   }
   if (auto alone = FindAlone(image, found)) return *alone;
-  const bool refuted = Refuted(image->utime);
-  if (found.found && (refuted || !Founded(found))) {
+  const bool refuted = witnesses_.Refuted(image->utime);
+  if (found.found && (refuted || !witnesses_.Founded(found, tracked_))) {
     if (!refuted) Rewind(image->utime - StandingLandmarks::kProof);
     image->T_WC_before = T_WC_;
     image->T_WC_predicted = T_WC_ * image->motion.T_ab;
@@ -254,13 +204,6 @@ FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, 
     found.reason = TrackingReason::kPoseJump;
   }
   return found;
-}
-
-// The pose without the pull of the prior: (H_v + H_p) x = H_v x_vision + H_p x_prior.
-SE3 Tracker::Impl::VisionAlone(const Image& image, const PoseEstimate& e) {
-  const Eigen::LDLT<Matrix6d> of_vision(e.vision_information);
-  const Vector6d pulled = (image.T_WC_predicted.inverse() * e.T_WC).Log();
-  return e.T_WC * SE3::Exp(of_vision.solve(e.prior_information * pulled));
 }
 
 // Around the prediction.
@@ -285,11 +228,11 @@ FoundPose Tracker::Impl::Find(Image* image) {
   FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
   const bool asks = motion.from_dr && !prediction.vision_broken && Departs(Departure::kTrust);
   if (asks) {
-    image->agreed = !Contradicts(*image, found);
+    image->agreed = !witnesses_.Contradict(image->of_dr(), found);
     if (!image->agreed) return Decide(prediction, image, std::move(found));
-    if (standing_.Count(found.landmarks) > 0) refuted_.reset();
+    if (witnesses_.Stands(found)) witnesses_.Clear();
     // What little is found around a wrong prediction agrees with it.
-    if (!Founded(found)) {
+    if (!witnesses_.Founded(found, tracked_)) {
       if (auto alone = FindAlone(image, found)) {
         image->agreed = false;
         return *alone;
@@ -383,19 +326,10 @@ bool Tracker::Impl::Believable(const Image& image) {
 // doubt or not known.
 bool Tracker::Impl::IsBelieved(const Image& image, const FramePose& report) {
   if (image.snapped || !Departs(Departure::kRecovery)) return true;
-  if (Refuted(image.utime) && standing_.Count(image.found.landmarks) == 0) return false;
+  if (witnesses_.Refuted(image.utime) && !witnesses_.Stands(image.found)) return false;
   const bool judged = VisionBroken() && (image.motion.from_dr || !placed() || place_.in_doubt());
   if (judged) return Believable(image);
   return !place_.Contradicts(Evidence(image, report, placed(), image.found.estimate.num_inliers));
-}
-
-// An image tells who is right when what moves with the camera and what stands still look different
-// by now.
-bool Tracker::Impl::Tells(const Image& image) const {
-  const auto before = motion_.OdometryPose(image.utime - StandingLandmarks::kProof);
-  const auto now = motion_.OdometryPose(image.utime);
-  const Matrix6d cov = VisionCovariance(image.found.estimate.vision_information);
-  return before && now && Apart(*before, *now, image.motion.weight_cov + cov);
 }
 
 // Takes over the pose of an image that vision carries.
@@ -423,7 +357,7 @@ void Tracker::Impl::Accept(const Image& image, FramePose* report, ImageOutcome* 
     const Feature& f = image.frame->features[i];
     tracked_.push_back({found.landmarks[i], image.frame->descriptors[i], f.level});
   }
-  if (Tells(image)) standing_.Observe(image.utime, image.agreed, found.landmarks);
+  witnesses_.Learn(image.of_dr(), image.agreed, found);
   recovery_.Reset();
 }
 
@@ -464,8 +398,7 @@ void Tracker::Impl::BeginPiece(ImageOutcome* outcome) {
   uncertainty_ = PoseUncertainty();
   uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
   tracked_.clear();
-  standing_ = StandingLandmarks();
-  refuted_.reset();
+  witnesses_.Forget();
   recovery_.Reset();
   place_ = PlaceConfirmation(Departs(Departure::kRecovery));
   piece_start_ = PieceStart(camera_);
@@ -584,7 +517,7 @@ void Tracker::Impl::Restart(Utime utime) {
   recovery_.Reset();
   view_ = ViewChange(camera_);
   anchors_.Clear();
-  refuted_.reset();
+  witnesses_.Clear();
   motion_.Restart();
   chain_.Restart(utime);
 }
@@ -704,7 +637,7 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
 
   const bool first = state_ == TrackingState::kStart;
   const SE3 T_ab = image->T_WC_before.inverse() * T_WC_;
-  if (!outcome.vision || Refuted(image->utime)) {
+  if (!outcome.vision || witnesses_.Refuted(image->utime)) {
     motion_.ObserveNothing();
   } else if (!first) {
     motion_.Observe(Seen(*image, T_ab, report, carried), image->motion);
@@ -740,7 +673,7 @@ MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, const
       in_a_row && report.q >= kSureQuality && report.num_inliers >= Recovery::kConvincingInliers;
   if (!seen.sure) return seen;
   const PoseEstimate& e = image.found.estimate;
-  seen.T_WC_vision = VisionAlone(image, e);
+  seen.T_WC_vision = VisionAlone(image.T_WC_predicted, e);
   seen.cov_vision = VisionCovariance(e.vision_information);
   return seen;
 }
@@ -820,7 +753,7 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
     anchors_.Move(T_correction);
   }
   FollowMerges(update.merged_landmarks, &tracked_);
-  standing_.Merge(update.merged_landmarks);
+  witnesses_.Merge(update.merged_landmarks);
   return true;
 }
 

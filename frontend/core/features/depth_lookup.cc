@@ -27,9 +27,9 @@ float DepthLookup::At(const ImageView& depth, float u, float v) const {
   const int y = static_cast<int>(std::lround(v));
   if (x < 1 || y < 1 || x >= depth.width - 1 || y >= depth.height - 1) return -1;
   std::array<uint16_t, 9> pixels;
-  for (int j = 0; j < 3; ++j) {
-    std::memcpy(&pixels[static_cast<size_t>(3 * j)],
-                depth.data + static_cast<ptrdiff_t>(y - 1 + j) * depth.stride + 2 * (x - 1), 6);
+  auto* row = pixels.data();
+  for (int j = -1; j <= 1; ++j, row += 3) {
+    std::memcpy(row, depth.data + static_cast<ptrdiff_t>(y + j) * depth.stride + 2 * (x - 1), 6);
   }
   std::sort(pixels.begin(), pixels.end());
   auto p = std::upper_bound(pixels.begin(), pixels.end(), 0);

@@ -39,6 +39,12 @@ constexpr double kTurnedMeanwhile = 0.3;  // rad
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
 
+// The landmarks that the image begins carry the next image.
+bool CarriesTheNext(const FeatureFrame& frame) {
+  return std::count_if(frame.features.begin(), frame.features.end(),
+                       [](const Feature& f) { return f.has_depth(); }) >= kMinInitialLandmarks;
+}
+
 }  // namespace
 
 class Tracker::Impl {
@@ -376,17 +382,13 @@ void Tracker::Impl::GoOnWithout(const Image& image, FramePose* report,
 // There is no map yet, and this image shows enough to begin it.
 bool Tracker::Impl::BeginsMap(const FeatureFrame& frame) const {
   if (map_frozen_ || !map_known_ || !map_.empty()) return false;
-  const auto with_depth = std::count_if(frame.features.begin(), frame.features.end(),
-                                        [](const Feature& f) { return f.has_depth(); });
-  return with_depth >= kMinInitialLandmarks;
+  return CarriesTheNext(frame);
 }
 
 // It shows enough to begin a piece of the map, as it would to begin a map.
 bool Tracker::Impl::CanBeginPiece(const FeatureFrame& frame) const {
   if (map_frozen_ || !map_there() || !DrInLocalBa(config_.variant)) return false;
-  const auto with_depth = std::count_if(frame.features.begin(), frame.features.end(),
-                                        [](const Feature& f) { return f.has_depth(); });
-  return with_depth >= kMinInitialLandmarks && frame.num_detected >= PlaceConfirmation::kRich;
+  return CarriesTheNext(frame) && frame.num_detected >= PlaceConfirmation::kRich;
 }
 
 // The piece begins where dead reckoning has led: its frame is W as far as the robot knows it, and

@@ -128,7 +128,8 @@ class Map {
   // Parts of Apply(). False: the part contradicts the map, and is left out.
   void ClearFor(const MapUpdate& snapshot);
   bool IsUsable(const LandmarkUpdate& update) const;
-  bool TakePose(const KeyframeUpdate& update);
+  bool MovesWholePieces(const MapUpdate& update) const;
+  bool TakePose(const KeyframeUpdate& update, bool whole_pieces);
   void DropUnlistedObservations(const LandmarkUpdate& update);
   bool TakeLandmark(const LandmarkUpdate& update, bool snapshot);
   void CountCovisibility();

@@ -1,5 +1,7 @@
 // What a map tells and takes as one MapUpdate; its hash.
 #include <algorithm>
+#include <map>
+#include <set>
 #include <string_view>
 #include <unordered_map>
 
@@ -127,15 +129,34 @@ void Map::ClearFor(const MapUpdate& snapshot) {
   }
 }
 
-bool Map::TakePose(const KeyframeUpdate& update) {
+// A piece becomes part of another with all its keyframes, or not at all.
+bool Map::MovesWholePieces(const MapUpdate& update) const {
+  std::map<KeyframeId, KeyframeId> into;
+  std::set<KeyframeId> named;
+  bool moves = false;
+  for (const KeyframeUpdate& keyframe : update.keyframes) {
+    const MapKeyframe* known = FindKeyframe(keyframe.id);
+    if (known == nullptr) continue;
+    named.insert(keyframe.id);
+    const KeyframeId piece = known->frame.piece;
+    if (into.try_emplace(piece, keyframe.piece).first->second != keyframe.piece) return false;
+    moves |= piece != keyframe.piece;
+  }
+  return !moves || std::all_of(keyframes_.begin(), keyframes_.end(), [&](const auto& entry) {
+    const auto piece = into.find(entry.second.frame.piece);
+    return piece == into.end() || piece->second == piece->first || named.contains(entry.first);
+  });
+}
+
+bool Map::TakePose(const KeyframeUpdate& update, bool whole_pieces) {
   MapKeyframe* keyframe = MutableKeyframe(update.id);
   if (keyframe == nullptr || update.piece > update.id || update.utime != keyframe->frame.utime ||
       !update.T_WC.IsFinite() || !IsInReach(update.T_WC.translation())) {
     return false;
   }
   keyframe->frame.T_WC = update.T_WC;
-  keyframe->frame.piece = update.piece;
-  return true;
+  if (whole_pieces) keyframe->frame.piece = update.piece;
+  return whole_pieces || keyframe->frame.piece == update.piece;
 }
 
 // What Share() counts landmark by landmark, for all of them at once.
@@ -208,7 +229,8 @@ Map::Applied Map::Apply(const MapUpdate& update) {
   if (update.newest_keyframe > newest_keyframe_ || update.snapshot) {
     newest_keyframe_ = update.newest_keyframe;
   }
-  for (const KeyframeUpdate& moved : update.keyframes) count(TakePose(moved));
+  const bool whole_pieces = MovesWholePieces(update);
+  for (const KeyframeUpdate& moved : update.keyframes) count(TakePose(moved, whole_pieces));
   for (const LandmarkMerge& merge : update.merged_landmarks) {
     EraseLandmark(merge.from);
     RecordMerge(merge.from, merge.into);

@@ -168,7 +168,7 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
 
   RememberMove(map_.revision() + 1, keyframe.id, keyframe.T_WC);
   std::optional<PieceJoin> join;
-  if (map_.Pieces().size() > 1) {
+  if (map_.IsInPieces()) {
     join = joiner_.Consider(map_, context_, loops_.places(), keyframe.id);
   }
   out.update = join ? Join(*join) : Commit();
@@ -270,9 +270,8 @@ void Mapper::TakeOver(const LocalBaResult& result) {
   counters_.keyframes_culled += CullRedundantKeyframes(map_, context_);
 }
 
-// Moves one piece into the frame of the other, and fuses what both mapped where they meet. To be
-// committed by CommitJoin.
-LoopEvent Mapper::TakeOver(const PieceJoin& join) {
+// Moves one piece into the frame of the other, and fuses what both mapped where they meet.
+MapUpdate Mapper::Join(const PieceJoin& join) {
   for (const auto& [id, in_map] : map_.keyframes()) {
     if (in_map.frame.piece == join.from) RememberMove(map_.revision() + 1, id, in_map.frame.T_WC);
   }
@@ -284,13 +283,9 @@ LoopEvent Mapper::TakeOver(const PieceJoin& join) {
     FuseGroups(map_, context_, PlaceGroup(map_, sight.keyframe), PlaceGroup(map_, sight.place));
   }
   ++counters_.pieces_joined;
-  const PieceSight& newest = join.sights.back();
-  return {newest.keyframe, newest.place, true, join.T_IntoFrom};
-}
-
-MapUpdate Mapper::CommitJoin(const LoopEvent& event) {
   MapUpdate update = Commit();
-  update.loops.push_back(event);
+  const PieceSight& newest = join.sights.back();
+  update.loops.push_back({newest.keyframe, newest.place, true, join.T_IntoFrom});
   poses_moved_revision_ = loop_revision_ = update.revision;
   joined_ = true;
   newest_at_join_ = map_.newest_keyframe();

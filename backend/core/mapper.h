@@ -92,7 +92,7 @@ class Mapper {
   std::optional<PieceSight> SeeElsewhere(KeyframeId keyframe) const {
     return backend::SeeElsewhere(map_, context_, loops_.places(), keyframe);
   }
-  MapUpdate Join(const PieceJoin& join) { return CommitJoin(TakeOver(join)); }
+  MapUpdate Join(const PieceJoin& join);
   // Empty when the graph was not solved, or showed the loop to be wrong and changed nothing else.
   std::optional<MapUpdate> Apply(const LoopGraphResult& result);
 
@@ -122,8 +122,6 @@ class Mapper {
   Mapper(const MappingContext& context, Map map, MapUse use);
 
   SE3 CarriedPose(const Keyframe& keyframe) const;
-  LoopEvent TakeOver(const PieceJoin& join);
-  MapUpdate CommitJoin(const LoopEvent& event);
   void TakeObservations(const Keyframe& keyframe);
   void CarryAlong(const LocalBaResult& result);
   void TakeOver(const LocalBaResult& result);

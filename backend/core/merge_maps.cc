@@ -49,37 +49,31 @@ std::vector<KeyframeId> Sample(const Map& map, const std::vector<KeyframeId>& ke
   return out;
 }
 
-bool HasSight(const std::deque<PieceSight>& sights, KeyframeId keyframe) {
-  return std::any_of(sights.begin(), sights.end(),
+// Is the keyframe one of those that agree in the join?
+bool HasSight(const PieceJoin& join, KeyframeId keyframe) {
+  return std::any_of(join.sights.begin(), join.sights.end(),
                      [&](const PieceSight& sight) { return sight.keyframe == keyframe; });
 }
 
-// The join that most sights agree in. `others`: the sights that do not.
-std::optional<PieceJoin> BestJoin(const Map& map, const std::deque<PieceSight>& sights,
-                                  std::deque<PieceSight>* others) {
+// The join that most sights agree in.
+std::optional<PieceJoin> BestJoin(const Map& map, const std::deque<PieceSight>& sights) {
   std::optional<PieceJoin> best;
   for (const PieceSight& sight : sights) {
     auto join = Agreeing(map, sight, sights);
     if (!best || join.sights.size() > best->sights.size()) best = std::move(join);
   }
   if (!best || best->sights.size() < kAgreeingSights) return std::nullopt;
-  others->clear();
-  const std::deque<PieceSight> agreeing(best->sights.begin(), best->sights.end());
-  for (const PieceSight& sight : sights) {
-    if (!HasSight(agreeing, sight.keyframe)) others->push_back(sight);
-  }
   return best;
 }
 
 // Longest run of keyframes that a join puts where the other piece has a view, but that do not show
 // it. What is alike in two places is told by what surrounds it.
 int UnlikeInARow(const Map& map, const PieceJoin& join, const std::vector<KeyframeId>& keyframes) {
-  const std::deque<PieceSight> agreeing(join.sights.begin(), join.sights.end());
   int longest = 0, run = 0;
   for (const KeyframeId id : keyframes) {
     const Keyframe& keyframe = map.FindKeyframe(id)->frame;
     if (keyframe.piece != join.from) continue;
-    if (HasSight(agreeing, id)) {
+    if (HasSight(join, id)) {
       run = 0;
       continue;
     }
@@ -98,18 +92,19 @@ int UnlikeInARow(const Map& map, const PieceJoin& join, const std::vector<Keyfra
 // How the second map lies in the first, or why that is not told.
 Result<PieceJoin> FindJoin(const Mapper& mapper, const std::vector<KeyframeId>& keyframes) {
   const Map& map = mapper.map();
-  std::deque<PieceSight> sights, others, third;
+  std::deque<PieceSight> sights;
   for (const KeyframeId id : keyframes) {
     if (auto sight = mapper.SeeElsewhere(id)) sights.push_back(*std::move(sight));
   }
-  const auto join = BestJoin(map, sights, &others);
+  const auto join = BestJoin(map, sights);
   if (!join) {
     return Error{ErrorCode::kNotFound,
                  "the maps show no place in common that several keyframes agree on (" +
                      std::to_string(sights.size()) + " of " + std::to_string(keyframes.size()) +
                      " views are located)"};
   }
-  if (const auto rival = BestJoin(map, others, &third)) {
+  std::erase_if(sights, [&](const PieceSight& s) { return HasSight(*join, s.keyframe); });
+  if (const auto rival = BestJoin(map, sights)) {
     return Error{ErrorCode::kNotFound,
                  "the maps look alike in two ways: " + std::to_string(join->sights.size()) +
                      " views say one, " + std::to_string(rival->sights.size()) + " another"};

@@ -12,19 +12,6 @@ namespace {
 
 constexpr int kLap = 40;
 
-// The same room for all radii; another one for another seed.
-World MakeWorld(double radius, uint64_t seed = 1) {
-  WorldOptions options;
-  options.seed = seed;
-  options.radius = radius;
-  options.keyframes_per_lap = kLap;
-  // Poses as bundle adjustment leaves them.
-  options.pixel_sigma = 0.15;
-  options.pose_sigma_m = 0.002;
-  options.pose_sigma_rad = 0.0005;
-  return World(options);
-}
-
 // Where the second session believes its origin to be.
 const SE3 kElsewhere(ExpSO3({0, 0, 0.8}), {5, -3, 0});
 
@@ -53,8 +40,8 @@ double Error(const World& world, const Map& map, KeyframeId id) {
 }
 
 TEST(PieceJoin, APieceThatComesToMappedGroundIsJoined) {
-  World world = MakeWorld(1.5);
-  World beside = MakeWorld(1.2);
+  World world = SettledWorld(1.5);
+  World beside = SettledWorld(1.2);
   Mapper mapper = NewMapper();
   Drive(world, 0, kLap / 2, SE3(), {}, &mapper);
   Drive(beside, kLap / 2, kLap / 2 + 3, kElsewhere, {kLap / 2 + 1}, &mapper);
@@ -93,8 +80,8 @@ TEST(PieceJoin, APieceThatComesToMappedGroundIsJoined) {
 }
 
 TEST(PieceJoin, AnotherRoomStaysAPieceOfItsOwn) {
-  World world = MakeWorld(1.5);
-  World other = MakeWorld(1.5, 2);
+  World world = SettledWorld(1.5);
+  World other = SettledWorld(1.5, 2);
   Mapper mapper = NewMapper();
   Drive(world, 0, kLap, SE3(), {}, &mapper);
   Drive(other, kLap, 2 * kLap, kElsewhere, {kLap + 1}, &mapper);
@@ -117,8 +104,8 @@ Map MapOf(World& world, const SE3& T_FrameW) {
 }
 
 TEST(MergeMaps, TwoSessionsInOneRoomBecomeOneMap) {
-  World world = MakeWorld(1.5);
-  World beside = MakeWorld(1.2);
+  World world = SettledWorld(1.5);
+  World beside = SettledWorld(1.2);
   const Map a = MapOf(world, SE3());
   const Map b = MapOf(beside, kElsewhere);
   const auto merged = MergeMaps(a, b, {}, {}, TestCamera());
@@ -137,8 +124,8 @@ TEST(MergeMaps, TwoSessionsInOneRoomBecomeOneMap) {
 }
 
 TEST(MergeMaps, MapsOfTwoRoomsAreNotMerged) {
-  World world = MakeWorld(1.5);
-  World other = MakeWorld(1.5, 2);
+  World world = SettledWorld(1.5);
+  World other = SettledWorld(1.5, 2);
   const auto merged = MergeMaps(MapOf(world, SE3()), MapOf(other, SE3()), {}, {}, TestCamera());
   ASSERT_FALSE(merged.ok());
   EXPECT_EQ(merged.error().code, ErrorCode::kNotFound);

@@ -174,6 +174,17 @@ Keyframe World::Make(int k, const Map& map, bool blind) {
   return out;
 }
 
+World SettledWorld(double radius, uint64_t seed) {
+  WorldOptions options;
+  options.seed = seed;
+  options.radius = radius;
+  options.keyframes_per_lap = 40;
+  options.pixel_sigma = 0.15;
+  options.pose_sigma_m = 0.002;
+  options.pose_sigma_rad = 0.0005;
+  return World(options);
+}
+
 double PositionRmse(const World& world, const Map& map) {
   double sum = 0;
   for (const auto& [id, keyframe] : map.keyframes()) {

@@ -12,23 +12,10 @@ namespace {
 
 constexpr int kLap = 40;
 
-// The same room for all radii; another one for another seed.
-World MakeWorld(double radius, uint64_t seed = 1) {
-  WorldOptions options;
-  options.seed = seed;
-  options.radius = radius;
-  options.keyframes_per_lap = kLap;
-  // A map as bundle adjustment leaves it.
-  options.pixel_sigma = 0.15;
-  options.pose_sigma_m = 0.002;
-  options.pose_sigma_rad = 0.0005;
-  return World(options);
-}
-
 class LocateTest : public testing::Test {
  protected:
   LocateTest()
-      : world_(MakeWorld(1.5)),
+      : world_(SettledWorld(1.5)),
         mapper_(*Mapper::Create(BackendConfig{}, FrontendConfig{}, TestCamera())) {
     for (int k = 0; k < kLap; ++k) {
       EXPECT_EQ(mapper_.Insert(world_.Make(k, mapper_.map())).status,
@@ -55,7 +42,7 @@ TEST_F(LocateTest, FindsThePlaceOfAnImage) {
 }
 
 TEST_F(LocateTest, FindsItFromHalfAMetreBeside) {
-  World beside = MakeWorld(1.0);
+  World beside = SettledWorld(1.0);
   for (const int k : {kLap + 5, kLap + 18, kLap + 31}) {
     const PlaceMatch match = mapper_.Locate(See(beside, k));
     ASSERT_TRUE(match.found) << k;
@@ -64,13 +51,13 @@ TEST_F(LocateTest, FindsItFromHalfAMetreBeside) {
 }
 
 TEST_F(LocateTest, AnotherRoomIsNotFound) {
-  World other = MakeWorld(1.5, 2);
+  World other = SettledWorld(1.5, 2);
   EXPECT_FALSE(mapper_.Locate(See(other, kLap + 5)).found);
 }
 
 // A poster of the mapped room hangs in another one, too.
 TEST_F(LocateTest, WhatIsAlikeInOnePartOfTheImageIsNoPlace) {
-  World other = MakeWorld(1.5, 2);
+  World other = SettledWorld(1.5, 2);
   const int k = kLap + 5;
   const PlaceQuery here = See(world_, k);
   const PlaceQuery there = See(other, k);

@@ -116,6 +116,12 @@ std::vector<KeyframeId> Map::Pieces() const {
   return {out.begin(), out.end()};
 }
 
+bool Map::IsInPieces() const {
+  return std::any_of(keyframes_.begin(), keyframes_.end(), [this](const auto& entry) {
+    return entry.second.frame.piece != keyframes_.begin()->second.frame.piece;
+  });
+}
+
 void Map::Share(const Landmark& landmark, KeyframeId keyframe, int32_t delta) {
   auto& covisible = keyframes_.at(keyframe).covisible;
   for (const Observation& other : landmark.observations) {

@@ -64,6 +64,8 @@ class Map {
   KeyframeId PieceOf(KeyframeId id) const { return keyframes_.at(id).frame.piece; }
   // The pieces there are, sorted; the map itself (an invalid id) first, if it has keyframes.
   std::vector<KeyframeId> Pieces() const;
+  // Are there several?
+  bool IsInPieces() const;
 
   // --- Changes by the mapper. Each is part of the update that the next Commit() returns.
 

@@ -48,7 +48,6 @@ class Checker {
     if (const KeyframeFault fault = backend::CheckKeyframe(f); fault != KeyframeFault::kNone) {
       Fault(id, std::string("is not plausible: ") + KeyframeFaultText(fault));
     }
-    if (f.piece > id) Fault(id, "belongs to a piece that began after it");
     CheckChain(id, keyframe);
     for (size_t i = 0; i < f.landmarks.size(); ++i) {
       if (!f.landmarks[i].valid()) continue;

@@ -71,7 +71,8 @@ class FeatureExtractor::Impl {
       Feature f = MakeFeature(k);
       f.u = uv->x();
       f.v = uv->y();
-      if (has_depth) SetDepth(depth_lookup_.At(frame.depth, k.u, k.v), &f);
+      const float depth = has_depth ? depth_lookup_.At(frame.depth, k.u, k.v) : -1.0F;
+      if (depth > 0) SetDepth(depth, static_cast<float>(camera_.bf()) / depth, &f);
       out->features.push_back(f);
       out->descriptors.push_back(left_descriptors_[i]);
     }
@@ -91,9 +92,7 @@ class FeatureExtractor::Impl {
     for (size_t i = 0; i < out->features.size(); ++i) {
       if (disparities_[i] <= 0) continue;
       const float depth = static_cast<float>(camera_.bf()) / disparities_[i];
-      if (depth < camera_.depth_min_m || depth > kBeyond * camera_.depth_max_m) continue;
-      if (depth <= camera_.depth_max_m) out->features[i].depth = depth;
-      out->features[i].u_right = out->features[i].u - disparities_[i];
+      if (depth >= camera_.depth_min_m) SetDepth(depth, disparities_[i], &out->features[i]);
     }
     matcher_.MeasureRowOffsets({left_.pyramid(), left_keypoints_, left_descriptors_},
                                {right_->pyramid(), right_keypoints_, right_descriptors_},
@@ -113,10 +112,10 @@ class FeatureExtractor::Impl {
     extractor->Extract(rectified->View(), &rectifier->valid(), keypoints, descriptors);
   }
 
-  void SetDepth(float depth, Feature* f) const {
-    if (depth <= 0 || depth > kBeyond * camera_.depth_max_m) return;
+  void SetDepth(float depth, float disparity, Feature* f) const {
+    if (depth > kBeyond * camera_.depth_max_m) return;
     if (depth <= camera_.depth_max_m) f->depth = depth;
-    f->u_right = f->u - static_cast<float>(camera_.bf()) / depth;
+    f->u_right = f->u - disparity;
   }
 
   RectifiedCamera camera_;

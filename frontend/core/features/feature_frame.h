@@ -16,9 +16,9 @@ namespace gw::frontend {
 //
 // u, v: px, pixel centres are integers; undistorted features of an RGB-D image may lie a little
 // outside [0, width) x [0, height). angle: from +u towards +v, in (-pi, pi]. A feature with depth
-// (depth > 0, inside the camera's depth range) has u_right = u - bf / depth, and so has one that is
-// beyond that range; near the left edge of
-// an RGB-D image that may be negative, so ask has_depth(), not the sign of u_right.
+// (depth > 0, inside the camera's depth range) has u_right = u - bf / depth, which near the left
+// edge of an RGB-D image may be negative. One that is somewhat beyond the range has u_right alone:
+// ask has_depth() and has_disparity().
 struct FeatureFrame {
   // How far the partner of a feature lies below its row in the right image, px: noise, where the
   // eyes are rectified and of one instant (eye_sync.h).

@@ -6,19 +6,9 @@
 #include <memory>
 
 #include "tools/data/files/format.h"
+#include "tools/data/files/shell_word.h"
 
 namespace gw::importer {
-namespace {
-
-// For the shell, whatever is in it.
-std::string Quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
-}  // namespace
-
 Result<tools::Json> RunCheck(const std::string& log, const std::string& config) {
   std::error_code error;
   const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -26,8 +16,8 @@ Result<tools::Json> RunCheck(const std::string& log, const std::string& config) 
   if (error || !std::filesystem::exists(program, error)) {
     return Error{ErrorCode::kNotFound, program + " is not there: the log was not checked"};
   }
-  const std::string command = Quoted(program) + " " + Quoted(log) + " --config " + Quoted(config) +
-                              " --no-vision --json 2>&1";
+  const std::string command = tools::ShellWord(program) + " " + tools::ShellWord(log) +
+                              " --config " + tools::ShellWord(config) + " --no-vision --json 2>&1";
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   if (!pipe) return Error{ErrorCode::kIo, program + ": cannot be started"};
   std::string said;

@@ -57,7 +57,8 @@ std::string CountNote(const backend::Map& before, const backend::Map& after) {
                 before.keyframes().size(), after.num_landmarks(), before.num_landmarks());
 }
 
-// Part of the map whose features come from this camera and pyramid.
+// The camera of a session. What a depth image's disparities are worth is not kept with the map: its
+// depth counts here as that of a stereo pair.
 RectifiedCamera CameraOf(const backend::MapSession& session) {
   RectifiedCamera camera;
   const backend::FeatureSource& source = session.source;

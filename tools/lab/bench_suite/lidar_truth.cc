@@ -1,5 +1,7 @@
 #include "tools/lab/bench_suite/lidar_truth.h"
 
+#include <numbers>
+
 #include "common/core/random.h"
 #include "tools/lab/eval/smooth.h"
 
@@ -8,7 +10,7 @@ namespace gw::bench {
 Result<eval::Trajectory> AsOfLidar(const eval::Trajectory& truth, const LidarTruth& lidar,
                                    uint64_t seed) {
   constexpr uint64_t kStream = 0x11DA;
-  const double radians = lidar.degrees * 3.14159265358979323846 / 180;
+  const double radians = lidar.degrees * std::numbers::pi / 180;
   const DurationUs period = DurationFromSeconds(1 / lidar.rate_hz);
   eval::Trajectory samples;
   for (const eval::TimedPose& pose : truth) {

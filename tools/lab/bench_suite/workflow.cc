@@ -4,9 +4,12 @@
 #include <set>
 
 #include "common/core/version.h"
+#include "tools/data/files/shell_word.h"
 
 namespace gw::bench {
 namespace {
+
+using tools::ShellWord;
 
 // What a run takes, for schedulers that share memory out: 1.1 GB were the most over the suites.
 constexpr char kCellMegabytes[] = "2000";
@@ -123,17 +126,6 @@ latency-wait: 60
 )";
 
 }  // namespace
-
-std::string ShellWord(const std::string& word) {
-  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string("_-+=./:,@").find(static_cast<char>(c)) != std::string::npos;
-  });
-  if (plain) return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? "'\\''" : std::string(1, c);
-  return out + "'";
-}
 
 std::vector<std::pair<std::string, std::string>> RenderWorkflow(const Workflow& workflow) {
   std::string inputs, cells;

@@ -24,7 +24,4 @@ struct Workflow {
 // Snakemake), inputs.jobs, cells.jobs and table.jobs (one command a line, to be run in this order).
 std::vector<std::pair<std::string, std::string>> RenderWorkflow(const Workflow& workflow);
 
-// A word as the shell reads it.
-std::string ShellWord(const std::string& word);
-
 }  // namespace gw::bench

@@ -50,12 +50,5 @@ TEST(Workflow, TheSnakefileNamesWhatRunsDependOn) {
   EXPECT_THAT(text["slurm/config.yaml"], HasSubstr("cluster-sync: \"srun "));
 }
 
-TEST(Workflow, ShellWordsAreQuotedWhereTheyMustBe) {
-  EXPECT_EQ(ShellWord("paper:full+corners"), "paper:full+corners");
-  EXPECT_EQ(ShellWord(""), "''");
-  EXPECT_EQ(ShellWord("^a$"), "'^a$'");
-  EXPECT_EQ(ShellWord("it's"), R"('it'\''s')");
-}
-
 }  // namespace
 }  // namespace gw::bench

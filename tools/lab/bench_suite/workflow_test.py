@@ -61,10 +61,8 @@ def start(command, environment=None):
     )
 
 
-def with_parallel(out, cells):
-    """Kills one run; the list of commands, given once more, runs that one only."""
-    run(["parallel", "--jobs", "2", "--arg-file", out / "inputs.jobs"])
-    command = ["parallel", "--jobs", "2", "--arg-file", out / "cells.jobs"]
+def kill_one_and_run_again(command, out, cells):
+    """Kills one run; the command, given once more, runs that one only."""
     workflow = start(command)
     killed = kill_a_run(out, workflow)
     workflow.communicate()
@@ -72,18 +70,18 @@ def with_parallel(out, cells):
     before = times_of_runs(out)
     run(command)
     check_only_one_was_run(before, times_of_runs(out), killed)
+
+
+def with_parallel(out, cells):
+    parallel = ["parallel", "--jobs", "2", "--arg-file"]
+    run([*parallel, out / "inputs.jobs"])
+    kill_one_and_run_again([*parallel, out / "cells.jobs"], out, cells)
     run(["sh", out / "table.jobs"])
 
 
 def with_snakemake(out, cells):
     command = ["snakemake", "--directory", out, "--snakefile", out / "Snakefile", "--cores", "2", "--keep-going"]
-    workflow = start(command)
-    killed = kill_a_run(out, workflow)
-    workflow.communicate()
-    check_only_one_is_missing(out, cells, killed, workflow.returncode)
-    before = times_of_runs(out)
-    run(command)
-    check_only_one_was_run(before, times_of_runs(out), killed)
+    kill_one_and_run_again(command, out, cells)
 
 
 def with_slurm(out, _):

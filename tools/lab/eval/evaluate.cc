@@ -106,12 +106,16 @@ std::vector<double> DistanceAt(const Trajectory& ref, const std::vector<PosePair
   return out;
 }
 
+DurationUs MedianPeriod(const Trajectory& poses) {
+  std::vector<DurationUs> periods;
+  for (size_t i = 1; i < poses.size(); ++i) periods.push_back(poses[i].utime - poses[i - 1].utime);
+  std::sort(periods.begin(), periods.end());
+  return periods[periods.size() / 2];
+}
+
 DurationUs LongestPause(const Trajectory& est) {
   if (est.size() < 2) return {};
-  std::vector<DurationUs> periods;
-  for (size_t i = 1; i < est.size(); ++i) periods.push_back(est[i].utime - est[i - 1].utime);
-  std::sort(periods.begin(), periods.end());
-  return {kPausePeriods * periods[periods.size() / 2].us};
+  return {kPausePeriods * MedianPeriod(est).us};
 }
 
 std::vector<std::pair<double, double>> Gaps(const Trajectory& ref, const Trajectory& est) {

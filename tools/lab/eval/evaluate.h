@@ -67,6 +67,9 @@ Result<Evaluation> Evaluate(const Trajectory& ref, const Trajectory& est,
 // What the estimate makes of the motion from a to b, seen from what it really was.
 SE3 MotionError(const PosePair& a, const PosePair& b);
 
+// Median time from pose to pose. Precondition: at least two poses.
+DurationUs MedianPeriod(const Trajectory& poses);
+
 // How long the estimate may stay silent and still count as coming: three times its median period.
 // Zero for less than two poses.
 DurationUs LongestPause(const Trajectory& est);

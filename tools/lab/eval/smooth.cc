@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "common/core/robust_loss.h"
 #include "tools/lab/eval/banded_information.h"
@@ -20,7 +21,7 @@ constexpr double kPoseRadius2 = 16.81;  // chi-square, 6 degrees of freedom, 99 
 constexpr double kRateRadius2 = 11.34;  // and 3
 // Of the noise of a sample: what keeps control poses in place that no sample sees.
 constexpr double kWeakSigma = 1e3;
-constexpr double kDegrees = 180 / 3.14159265358979323846;
+constexpr double kDegrees = 180 / std::numbers::pi;
 
 // A control pose as Ceres sees it: quaternion x y z w, then position.
 using Block = std::array<double, 7>;
@@ -94,16 +95,6 @@ double SigmaOf(std::vector<double> values) {
 }
 
 const double kThirdDifference = std::sqrt(20.0);  // 1 + 9 + 9 + 1
-
-DurationUs MedianPeriod(const Trajectory& samples) {
-  std::vector<int64_t> periods;
-  for (size_t i = 1; i < samples.size(); ++i)
-    periods.push_back((samples[i].utime - samples[i - 1].utime).us);
-  std::nth_element(periods.begin(),
-                   periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2),
-                   periods.end());
-  return {periods[periods.size() / 2]};
-}
 
 // Means of the gyro over the time between two samples, at its middle: it may come a hundred times
 // as often, and what a spline cannot follow within a sample's period is no information about it.

@@ -1,19 +1,20 @@
 #include "tools/lab/eval/smooth_command.h"
 
 #include <cstdio>
+#include <numbers>
 
 #include "common/config/loader.h"
-#include "common/core/format.h"
 #include "common/process/event_log.h"
 #include "common/wire/channels.h"
 #include "common/wire/wire.h"
+#include "tools/data/files/format.h"
 #include "tools/data/files/text_file.h"
 #include "tools/lab/eval/smooth.h"
 
 namespace gw::eval {
 namespace {
 
-constexpr double kDegrees = 180 / 3.14159265358979323846;
+constexpr double kDegrees = 180 / std::numbers::pi;
 
 // The rates of the log's IMU, in the body frame.
 Result<std::vector<BodyRate>> ReadGyro(const std::string& path, const std::string& config_path) {
@@ -31,20 +32,6 @@ Result<std::vector<BodyRate>> ReadGyro(const std::string& path, const std::strin
   }
   if (log->error()) return *log->error();
   if (out.empty()) return Error{ErrorCode::kBadData, path + ": holds no IMU"};
-  return out;
-}
-
-std::string TumText(const Trajectory& trajectory) {
-  std::string out;
-  for (const TimedPose& pose : trajectory) {
-    out += FormatFixed(pose.utime.seconds(), 6);
-    const Eigen::Vector3d& p = pose.T.translation();
-    const Eigen::Quaterniond& q = pose.T.rotation();
-    for (const double v : {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()}) {
-      out += " " + FormatFixed(v, 9);
-    }
-    out += "\n";
-  }
   return out;
 }
 
@@ -103,7 +90,11 @@ Result<Done> RunSmooth(const SmoothArguments& args) {
   const auto smoothed = Smooth(*samples, options);
   if (!smoothed) return Error{smoothed.error().code, args.in + ": " + smoothed.error().message};
   Print(*smoothed, samples->size());
-  return tools::WriteTextFile(args.out, TumText(Sample(*smoothed, *samples, args.rate_hz)));
+  std::string text;
+  for (const TimedPose& pose : Sample(*smoothed, *samples, args.rate_hz)) {
+    text += tools::TumLine(pose.utime, pose.T);
+  }
+  return tools::WriteTextFile(args.out, text);
 }
 
 }  // namespace gw::eval

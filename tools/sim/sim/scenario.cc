@@ -1,6 +1,7 @@
 #include "tools/sim/sim/scenario.h"
 
 #include <filesystem>
+#include <numbers>
 #include <sstream>
 
 #include "tools/data/files/strict_yaml.h"
@@ -143,7 +144,7 @@ void ReadCamera(const YAML::Node& node, YamlReport* report, Scenario* s) {
   if (position.size() == 3) s->camera_position = {position[0], position[1], position[2]};
   double up_deg = 0;
   map.Number("up_deg", &up_deg, -45, 45);
-  s->camera_up_rad = up_deg * 3.141592653589793 / 180;
+  s->camera_up_rad = up_deg * std::numbers::pi / 180;
   map.Finish();
 }
 
@@ -194,9 +195,9 @@ void ReadMounting(const YAML::Node& node, YamlReport* report, MountingConfig* mo
 void ReadDrive(const YAML::Node& node, YamlReport* report, FollowerConfig* drive) {
   StrictMap map(node, "drive", report);
   map.Number("max_m_s", &drive->pursuit.max_v, 0.05, 0.7);
-  double max_deg_s = drive->pursuit.max_w * 180 / 3.141592653589793;
+  double max_deg_s = drive->pursuit.max_w * 180 / std::numbers::pi;
   map.Number("max_deg_s", &max_deg_s, 5, 110);
-  drive->pursuit.max_w = max_deg_s * 3.141592653589793 / 180;
+  drive->pursuit.max_w = max_deg_s * std::numbers::pi / 180;
   map.Flag("turn_at_waypoints", &drive->turn_at_waypoints);
   map.Number("pause_s", &drive->pause_s, 0, 60);
   map.Finish();

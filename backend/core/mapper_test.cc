@@ -166,7 +166,7 @@ TEST(Mapper, DrHoldsTheChainTogetherAcrossABlindSpan) {
   for (int k = kFirst; k <= kFirst + kBlind; ++k) {
     const MapKeyframe& keyframe = *map.FindKeyframe({k + 1});
     const SE3& T_WC = keyframe.frame.T_WC;
-    EXPECT_LT((T_WC.translation() - drive.world.TrueT_WC(k).translation()).norm(), 0.03) << k;
+    EXPECT_LT((T_WC.translation() - drive.world.TruePose(k).translation()).norm(), 0.03) << k;
     const MapKeyframe& previous = *map.FindKeyframe(keyframe.frame.previous);
     const DrMotion motion = CameraMotion(*keyframe.frame.dr, TestCamera().T_BC, {});
     const SE3 T_ab = previous.frame.T_WC.inverse() * T_WC;

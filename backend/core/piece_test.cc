@@ -35,7 +35,7 @@ Mapper NewMapper() {
 }
 
 double Error(const World& world, const Map& map, KeyframeId id) {
-  const SE3 truth = world.TrueT_WC(static_cast<int>(id.value) - 1);
+  const SE3 truth = world.TruePose(static_cast<int>(id.value) - 1);
   return (truth.inverse() * map.FindKeyframe(id)->frame.T_WC).Log().norm();
 }
 
@@ -70,7 +70,7 @@ TEST(PieceJoin, APieceThatComesToMappedGroundIsJoined) {
   EXPECT_TRUE(mapper.GlobalBaDue());
   // A keyframe that was tracked in the piece, before the front-end heard of it, comes to lie right.
   Keyframe late = beside.Make(k, mapper.map());
-  late.T_WC = kElsewhere * beside.TrueT_WC(k);
+  late.T_WC = kElsewhere * beside.TruePose(k);
   late.piece = first;
   late.map_revision = joined->base_revision;
   ASSERT_TRUE(mapper.Insert(late).update);
@@ -117,8 +117,8 @@ TEST(MergeMaps, TwoSessionsInOneRoomBecomeOneMap) {
   EXPECT_LT(merged->map.num_landmarks(), a.num_landmarks() + b.num_landmarks());
   for (const auto& [id, keyframe] : merged->map.keyframes()) {
     const bool of_a = id <= a.newest_keyframe();
-    const SE3 truth = of_a ? world.TrueT_WC(static_cast<int>(id.value) - 1)
-                           : beside.TrueT_WC(static_cast<int>(id.value) - 1 - kLap);
+    const SE3 truth = of_a ? world.TruePose(static_cast<int>(id.value) - 1)
+                           : beside.TruePose(static_cast<int>(id.value) - 1 - kLap);
     EXPECT_LT((truth.inverse() * keyframe.frame.T_WC).Log().norm(), 0.1) << id.value;
   }
 }

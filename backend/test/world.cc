@@ -60,7 +60,7 @@ World::World(const WorldOptions& options) : options_(options) {
   }
 }
 
-SE3 World::TrueT_WC(int k) const {
+SE3 World::TruePose(int k) const {
   const double angle = 2 * std::numbers::pi * k / options_.keyframes_per_lap;
   const double heading = angle + std::numbers::pi / 2;
   const SE3 T_WB(ExpSO3({0, 0, heading}),
@@ -74,7 +74,7 @@ DrIncrement World::Dr(int k) const {
   DrIncrement dr;
   dr.utime_begin = UtimeFromSeconds(100 + 0.5 * (k - 1));
   dr.utime_end = UtimeFromSeconds(100 + 0.5 * k);
-  dr.T_BaBb = (TrueT_WC(k - 1) * T_CB).inverse() * (TrueT_WC(k) * T_CB) *
+  dr.T_BaBb = (TruePose(k - 1) * T_CB).inverse() * (TruePose(k) * T_CB) *
               SE3::Exp(Noise(rng, options_.dr_sigma_m, options_.dr_sigma_rad));
   Vector6d variance;
   variance << Eigen::Vector3d::Constant(std::pow(options_.dr_sigma_m, 2)),
@@ -93,9 +93,9 @@ Keyframe World::Make(int k, const Map& map, bool blind) {
   const MapKeyframe* previous = map.FindKeyframe(out.previous);
   if (out.previous.value == k && k > 0) out.dr = Dr(k);
   CounterRng pose_rng(options_.seed, kPose, static_cast<uint64_t>(k));
-  out.T_WC = TrueT_WC(k);
+  out.T_WC = TruePose(k);
   if (options_.memory_keyframes > 0 && previous != nullptr) {
-    out.T_WC = previous->frame.T_WC * TrueT_WC(k - 1).inverse() * TrueT_WC(k);
+    out.T_WC = previous->frame.T_WC * TruePose(k - 1).inverse() * TruePose(k);
   }
   if (k > 0) {
     out.T_WC = out.T_WC * SE3::Exp(Noise(pose_rng, options_.pose_sigma_m, options_.pose_sigma_rad));
@@ -106,14 +106,14 @@ Keyframe World::Make(int k, const Map& map, bool blind) {
     return out;
   }
 
-  const SE3 T_CW = TrueT_WC(k).inverse();
+  const SE3 T_CW = TruePose(k).inverse();
   std::vector<int> shown;
   for (size_t i = 0; i < points_.size() && shown.size() < 800; ++i) {
     const Point& point = points_[i];
     const Eigen::Vector3d p_C = T_CW * point.p_W;
     if (p_C.z() < 0.3) continue;
     const double distance = p_C.norm();
-    const Eigen::Vector3d ray_W = (point.p_W - TrueT_WC(k).translation()) / distance;
+    const Eigen::Vector3d ray_W = (point.p_W - TruePose(k).translation()) / distance;
     if (ray_W.dot(point.normal_W) > -0.3 || !camera.InImage(camera.Project(p_C))) continue;
     CounterRng rng(options_.seed, kFeatures + 16 * static_cast<uint64_t>(k), i);
     const int level = static_cast<int>(
@@ -189,7 +189,7 @@ double PositionRmse(const World& world, const Map& map) {
   double sum = 0;
   for (const auto& [id, keyframe] : map.keyframes()) {
     const int k = static_cast<int>(id.value) - 1;
-    sum += (keyframe.frame.T_WC.translation() - world.TrueT_WC(k).translation()).squaredNorm();
+    sum += (keyframe.frame.T_WC.translation() - world.TruePose(k).translation()).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(std::max<size_t>(1, map.keyframes().size())));
 }

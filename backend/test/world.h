@@ -41,7 +41,7 @@ class World {
   explicit World(const WorldOptions& options);
 
   const WorldOptions& options() const { return options_; }
-  SE3 TrueT_WC(int k) const;
+  SE3 TruePose(int k) const;
   const Eigen::Vector3d& point(int i) const { return points_[i].p_W; }
 
   // The k-th keyframe (id k + 1), as a front-end would send it that tracks in `map`. `blind`: the

@@ -40,7 +40,7 @@ double PoseRmse(const World& world, const LocalBaResult& result) {
   double sum = 0;
   for (const auto& moved : result.keyframes) {
     const int k = static_cast<int>(moved.id.value) - 1;
-    sum += (moved.T_WC.translation() - world.TrueT_WC(k).translation()).squaredNorm();
+    sum += (moved.T_WC.translation() - world.TruePose(k).translation()).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(result.keyframes.size()));
 }
@@ -188,9 +188,9 @@ TEST(LocalBa, SameJobGivesTheSameBytes) {
 // A landmark 5 m before keyframe 3, which keyframe 4 sees 8 px from where it should: no point in
 // front of both cameras has that parallax, and the solver sends it behind them.
 void AddVagueLandmark(const World& world, LocalBaJob& job) {
-  const Eigen::Vector3d p_W = world.TrueT_WC(3) * Eigen::Vector3d(0.1, 0.1, 5);
+  const Eigen::Vector3d p_W = world.TruePose(3) * Eigen::Vector3d(0.1, 0.1, 5);
   for (const int k : {3, 4}) {
-    const Eigen::Vector2d uv = job.camera.Project(world.TrueT_WC(k).inverse() * p_W);
+    const Eigen::Vector2d uv = job.camera.Project(world.TruePose(k).inverse() * p_W);
     const double wrong_px = k == 4 ? 8 : 0;
     job.observations.push_back(
         {k, static_cast<int32_t>(job.landmarks.size()), {uv.x() + wrong_px, uv.y()}});
@@ -221,8 +221,8 @@ TEST(LocalBa, DrEdgesAloneHoldKeyframesThatSeeNothing) {
   job.camera = TestCamera();
   for (int k = 0; k < 5; ++k) {
     const SE3 T_WC = k == 0
-                         ? world.TrueT_WC(0)
-                         : world.TrueT_WC(0) * SE3::Exp(Vector6d::Constant(0.02 * k));  // far off
+                         ? world.TruePose(0)
+                         : world.TruePose(0) * SE3::Exp(Vector6d::Constant(0.02 * k));  // far off
     job.keyframes.push_back({{k + 1}, T_WC, k == 0});
     if (k > 0) job.dr_edges.push_back(Edge(world, k, 1000));
   }

@@ -37,7 +37,7 @@ TEST_F(LocateTest, FindsThePlaceOfAnImage) {
     const PlaceMatch match = mapper_.Locate(See(world_, k));
     ASSERT_TRUE(match.found) << k;
     EXPECT_GE(match.num_sights, kFewestMatches);
-    EXPECT_LT((match.T_WC.inverse() * world_.TrueT_WC(k)).Log().norm(), 0.1) << k;
+    EXPECT_LT((match.T_WC.inverse() * world_.TruePose(k)).Log().norm(), 0.1) << k;
   }
 }
 
@@ -46,7 +46,7 @@ TEST_F(LocateTest, FindsItFromHalfAMetreBeside) {
   for (const int k : {kLap + 5, kLap + 18, kLap + 31}) {
     const PlaceMatch match = mapper_.Locate(See(beside, k));
     ASSERT_TRUE(match.found) << k;
-    EXPECT_LT((match.T_WC.inverse() * beside.TrueT_WC(k)).Log().norm(), 0.1) << k;
+    EXPECT_LT((match.T_WC.inverse() * beside.TruePose(k)).Log().norm(), 0.1) << k;
   }
 }
 

@@ -26,7 +26,7 @@ WorldOptions Forgetful() {
 
 double ErrorAcross(const World& world, const Map& map, const Loop& loop) {
   const auto index = [](KeyframeId id) { return static_cast<int>(id.value) - 1; };
-  const SE3 truth = world.TrueT_WC(index(loop.older)).inverse() * world.TrueT_WC(index(loop.newer));
+  const SE3 truth = world.TruePose(index(loop.older)).inverse() * world.TruePose(index(loop.newer));
   const SE3 mapped =
       map.FindKeyframe(loop.older)->frame.T_WC.inverse() * map.FindKeyframe(loop.newer)->frame.T_WC;
   return (truth.inverse() * mapped).translation().norm();
@@ -150,7 +150,7 @@ TEST(LoopCloser, DeadReckoningRefusesALoopBeyondItsDrift) {
   const MappingContext context = MappingContext({}, {}, TestCamera());
   const auto chain = ChainDr(mapper.map(), context, {2}, {28});
   ASSERT_TRUE(chain);
-  const SE3 truth = world.TrueT_WC(1).inverse() * world.TrueT_WC(27);
+  const SE3 truth = world.TruePose(1).inverse() * world.TruePose(27);
   const Matrix6d cov_loop = Matrix6d::Identity() * 1e-4;
   EXPECT_LT(DrContradiction(*chain, truth, cov_loop), kDrGate);
   const SE3 elsewhere = truth * SE3(Eigen::Quaterniond::Identity(), {4, 0, 0});
@@ -196,7 +196,7 @@ TEST(LoopCloser, ALoopFoundWrongLaterIsTakenBack) {
   Loop right;
   right.older = {2};
   right.newer = {21};
-  right.T_OlderNewer = world.TrueT_WC(1).inverse() * world.TrueT_WC(20);
+  right.T_OlderNewer = world.TruePose(1).inverse() * world.TruePose(20);
   right.sqrt_information = 100 * Matrix6d::Identity();
   const LoopGraphResult result = SolveLoopGraph(closer.CutGraph(map, context, right));
   ASSERT_TRUE(result.graph.usable);

@@ -1,20 +1,34 @@
 // Health of the processes, what is worst first; and what happened.
-const ORDER = ['silent', 'failed', 'degraded', 'starting', 'ok'];
+import {gradeOf, ORDER} from './verdict.js';
+
 const LOG_LINES = 60;
 const LOSSES = /lost|dropped|undecodable|exceptions|unsent|rejected/;
 
-function cell(row, text, className) {
-  const td = row.insertCell();
-  td.textContent = text;
-  if (className) td.className = className;
-  return td;
+function line(parent, text, className) {
+  const div = document.createElement('div');
+  div.textContent = text;
+  div.className = className;
+  parent.append(div);
+}
+
+// The HEALTH message often ends with the same advice as the runbook's.
+function says(message, action) {
+  return message.includes(action.split(/[;(]/)[0].trim());
+}
+
+function describe(cell, m) {
+  if (m.message) line(cell, m.message, 'message');
+  for (const counter of m.counters) {
+    if (counter.grew && LOSSES.test(counter.name)) line(cell, `${counter.name} grows: ${counter.value}`, 'warning');
+  }
+  if (m.action && !says(m.message, m.action)) line(cell, `to do: ${m.action}`, 'action');
 }
 
 export class Health {
   processes = new Map();
 
-  constructor(table, log) {
-    this.table = table;
+  constructor(list, log) {
+    this.list = list;
     this.log = log;
   }
 
@@ -25,31 +39,20 @@ export class Health {
 
   draw() {
     const all = [...this.processes.values()].sort((a, b) =>
-      ORDER.indexOf(a.state) - ORDER.indexOf(b.state) || a.process.localeCompare(b.process));
-    const body = document.createElement('tbody');
-    for (const m of all) {
-      const row = body.insertRow();
-      row.dataset.process = m.process;
-      row.dataset.state = m.state;
-      cell(row, m.process);
-      cell(row, m.state, `state ${m.state}`);
-      cell(row, m.state === 'silent' ? '' : m.latency_p99_ms.toFixed(1), 'number');
-      const what = cell(row, m.message);
-      for (const counter of m.counters) {
-        if (!counter.grew || !LOSSES.test(counter.name)) continue;
-        const line = document.createElement('div');
-        line.className = 'warning';
-        line.textContent = `${counter.name} grows: ${counter.value}`;
-        what.append(line);
-      }
-      if (m.action) {
-        const action = document.createElement('div');
-        action.className = 'action';
-        action.textContent = m.action;
-        what.append(action);
-      }
-    }
-    this.table.replaceChildren(...body.children);
+      ORDER.indexOf(gradeOf(a)) - ORDER.indexOf(gradeOf(b)) || a.process.localeCompare(b.process));
+    this.list.replaceChildren(...all.map((m) => {
+      const item = document.createElement('li');
+      item.dataset.process = m.process;
+      item.dataset.state = m.state;
+      const head = document.createElement('div');
+      head.className = 'process';
+      line(head, m.process, 'name');
+      line(head, m.state, `state ${gradeOf(m)}`);
+      if (m.state !== 'silent' && m.latency_p99_ms > 0) line(head, `p99 ${m.latency_p99_ms.toFixed(1)} ms`, 'quiet');
+      item.append(head);
+      describe(item, m);
+      return item;
+    }));
   }
 
   takeLog(message) {
@@ -63,6 +66,7 @@ export class Health {
 
   clear() {
     this.processes.clear();
+    this.log.replaceChildren();
     this.draw();
   }
 }

@@ -12,6 +12,8 @@ export class ImagePanel {
   shown = null;
   held = null;  // time under the cursor
 
+  silence = 0;  // s without an image's pose
+
   constructor({canvas, note, counts, shares, explanation}) {
     Object.assign(this, {canvas, note, counts, shares, explanation});
     this.context = canvas.getContext('2d');
@@ -70,8 +72,7 @@ export class ImagePanel {
       this.context.drawImage(bitmap, 0, 0);
       bitmap.close();
       this.drawFeatures(image.features ?? []);
-      this.note.hidden = this.held === null;
-      if (this.held !== null) this.note.textContent = 'image under the cursor';
+      this.label();
       this.showWeights(image.weights);
     } catch {
       this.note.hidden = false;
@@ -79,6 +80,21 @@ export class ImagePanel {
     } finally {
       this.drawing = false;
     }
+  }
+
+  // An old image does not look like a new one.
+  setSilence(seconds) {
+    this.silence = seconds;
+    this.label();
+  }
+
+  label() {
+    if (this.images.length === 0) return;
+    const old = this.held === null && this.silence > 0;
+    this.canvas.classList.toggle('old', old);
+    this.note.hidden = this.held === null && !old;
+    this.note.classList.toggle('alarm', old);
+    this.note.textContent = old ? `no image for ${Math.round(this.silence)} s` : 'image under the cursor';
   }
 
   drawFeatures(groups) {
@@ -112,5 +128,6 @@ export class ImagePanel {
   clear() {
     this.images = [];
     this.held = null;
+    this.silence = 0;
   }
 }

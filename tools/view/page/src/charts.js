@@ -4,7 +4,6 @@ import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import {statusOf} from './status.js';
 
-const SPAN_S = 120;
 const REDRAW_MS = 200;
 const STEP_S = 0.5;  // of rows without an image
 
@@ -24,7 +23,7 @@ export class Charts {
   origin = null;  // of the time axis
 
   // span: s that are kept.
-  constructor(element, onCursor, span = SPAN_S) {
+  constructor(element, onCursor, span) {
     Object.assign(this, {element, onCursor, span, zoomed: false});
     this.build();
     element.addEventListener('dblclick', () => { this.zoomed = false; this.changed = true; });
@@ -48,7 +47,7 @@ export class Charts {
         legend: {live: true},
         scales: {x: {time: false}, y: chart.log ? {distr: 3} : chart.range ? {range: chart.range} : {range: (u, low, high) => [0, Math.max(high ?? 0, 1e-3) * 1.1]}},
         axes: [{...axis, size: 28, values: (u, ticks) => ticks.map((t) => `${t} s`)}, chart.log ? powers : axis],
-        series: [{label: '', value: (u, v) => (v === null ? '' : `${v.toFixed(1)} s`)},
+        series: [{label: 'at', value: (u, v) => (v === null ? '' : `${v.toFixed(1)} s`)},
           ...chart.lines.map((line) => ({label: line.label, stroke: color(line.color), width: 1.5, points: {show: false},
             value: (u, v) => (v === null || v === undefined ? '-' : v.toPrecision(3))}))],
         hooks: {drawClear: [(u) => this.shade(u)], setCursor: [(u) => this.cursor(u)],

@@ -1,7 +1,6 @@
 // Health of the processes, what is worst first; and what happened.
 import {gradeOf, ORDER} from './verdict.js';
 
-const LOG_LINES = 60;
 const LOSSES = /lost|dropped|undecodable|exceptions|unsent|rejected/;
 
 function line(parent, text, className) {
@@ -27,9 +26,9 @@ function describe(cell, m) {
 export class Health {
   processes = new Map();
 
-  constructor(list, log) {
-    this.list = list;
-    this.log = log;
+  // lines: of the log that are kept.
+  constructor(list, log, lines) {
+    Object.assign(this, {list, log, lines});
   }
 
   take(message) {
@@ -47,7 +46,7 @@ export class Health {
       const head = document.createElement('div');
       head.className = 'process';
       line(head, m.process, 'name');
-      line(head, m.state, `state ${gradeOf(m)}`);
+      line(head, gradeOf(m) === 'remark' ? 'ok, but:' : m.state, `state ${gradeOf(m)}`);
       if (m.state !== 'silent' && m.latency_p99_ms > 0) line(head, `p99 ${m.latency_p99_ms.toFixed(1)} ms`, 'quiet');
       item.append(head);
       describe(item, m);
@@ -61,7 +60,7 @@ export class Health {
     item.textContent = `${time} ${message.name}: ${message.message}`;
     item.className = `level${message.level}`;
     this.log.prepend(item);
-    while (this.log.children.length > LOG_LINES) this.log.lastChild.remove();
+    while (this.log.children.length > this.lines) this.log.lastChild.remove();
   }
 
   clear() {

@@ -1,9 +1,8 @@
-// The camera image with its features, and the shares of dead reckoning in its pose. Remembers the last minute, so that
-// the image under the cursor of the charts can be looked at.
+// The camera image with its features, and the shares of dead reckoning in its pose. Remembers images, so that
+// the one under the cursor of the charts can be looked at.
 import {fromBase64, secondsOf} from './bytes.js';
 import {statusOf} from './status.js';
 
-const REMEMBERED = 600;  // images, at most 10 a second
 const FATES = ['unmatched', 'inlier', 'outlier', 'new'];
 const AXES = ['forward', 'left', 'up', 'roll', 'pitch', 'yaw'];
 
@@ -14,8 +13,9 @@ export class ImagePanel {
 
   silence = 0;  // s without an image's pose
 
-  constructor({canvas, note, counts, shares, explanation}) {
-    Object.assign(this, {canvas, note, counts, shares, explanation});
+  // remembered: images, of which at most 10 come in a second.
+  constructor({canvas, note, counts, shares, explanation, remembered}) {
+    Object.assign(this, {canvas, note, counts, shares, explanation, remembered});
     this.context = canvas.getContext('2d');
     shares.innerHTML = AXES.map((axis) => `<div class="share"><span>${axis}</span><i><b></b></i><output></output></div>`).join('');
   }
@@ -23,7 +23,7 @@ export class ImagePanel {
   takeImage(message) {
     const blob = new Blob([fromBase64(message.data)], {type: 'image/jpeg'});
     this.images.push({time: secondsOf(message.timestamp), blob, features: null, weights: null});
-    if (this.images.length > REMEMBERED) this.images.shift();
+    if (this.images.length > this.remembered) this.images.shift();
     this.canvas.dataset.count = Number(this.canvas.dataset.count ?? 0) + 1;
     // Shown with its features when they come; without, when they do not.
     clearTimeout(this.late);

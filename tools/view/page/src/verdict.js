@@ -2,13 +2,13 @@
 // at which messages were received, so that they say it when some stop, live and in a log.
 import {statusOf} from './status.js';
 
-export const ORDER = ['silent', 'failed', 'degraded', 'starting', 'note', 'ok'];
+export const ORDER = ['silent', 'failed', 'degraded', 'starting', 'remark', 'ok'];
 const QUIET_S = 1.5;   // without images or poses: they come ten times a second and more
 const RECENT_S = 30;
 const LEAST_SHARE = 0.05;  // of the last images: a reason that is worth a word
 
 // A process that is well but has something to say counts as more than one that is well.
-export const gradeOf = (m) => (m.state === 'ok' && m.message ? 'note' : m.state);
+export const gradeOf = (m) => (m.state === 'ok' && m.message ? 'remark' : m.state);
 
 export class Verdict {
   constructor({badge, line, recent}) {

@@ -304,6 +304,7 @@ DrFilter::Output DrFilter::Finish(bool publish) {
     while (history_.size() > 2 && history_[1].event.utime < oldest) history_.pop_front();
 
     DrState state = model_.Publish(history_.back().after);
+    state.slip = state.slip || imu_check_.contradicts_wheels();
     const bool newer = !last_published_ || state.utime > last_published_->utime ||
                        state.reset_counter != last_published_->reset_counter;
     // The fastest live input sets the rate: wheels speak only where the IMU leaves a gap.

@@ -14,7 +14,6 @@ namespace {
 constexpr double kLeastGravity = 0.7, kMostGravity = 1.3;  // of g
 constexpr double kNoGravity = 0.3;                         // of g, in g or below in m/s^2
 constexpr double kUnitMemory = 1.0;                        // s
-constexpr int kManyRepeats = 20;
 // Two channels of one machine are together within its delays; a clock of its own is off by more.
 constexpr DurationUs kFarApart = Milliseconds(2000);
 constexpr DurationUs kApartFor = Milliseconds(400);
@@ -75,8 +74,9 @@ void ImuCheck::JudgeUnit(const ImuSample& sample) {
 }
 
 void ImuCheck::JudgeStamps(const ImuSample& sample) {
-  repeats_ = last_imu_ && sample.utime == *last_imu_ ? repeats_ + 1 : 0;
-  if (repeats_ >= kManyRepeats) Report(DrDiagnosis::kImuStampsRepeat);
+  if (last_imu_ && sample.utime == *last_imu_ && repeats_.Add(sample.utime)) {
+    Report(DrDiagnosis::kImuStampsRepeat);
+  }
   same_values_ = sample.w_I_rad_s == last_gyro_ ? same_values_ + 1 : 0;
   last_gyro_ = sample.w_I_rad_s;
 }

@@ -11,6 +11,7 @@
 #include "common/contract/samples.h"
 #include "common/core/time.h"
 #include "dr_ekf/core/dr_diagnosis.h"
+#include "dr_ekf/core/recurrence.h"
 
 namespace gw::dr_ekf {
 
@@ -47,7 +48,7 @@ class ImuCheck {
   std::vector<DrDiagnosis> reported_;
 
   std::optional<Utime> last_imu_, last_wheel_;  // newest stamps
-  int repeats_ = 0;                             // of a stamp, in a row
+  Recurrence repeats_;                          // of a stamp
   int same_values_ = 0;                         // of the gyro, in a row
   Eigen::Vector3d last_gyro_ = Eigen::Vector3d::Zero();
 

@@ -16,6 +16,12 @@ enum class DrDiagnosis {
   kAccelUnfit,
   kGyroInDegrees,
   kGyroFrozen,
+  kGyroBiasLarge,
+  kImuNotNumbers,
+  kWheelsNotNumbers,
+  kWheelsTwice,
+  kWheelsJumped,
+  kWheelsTooFast,
   kHeadingStuck,
   kWheelTurnStuck,
   kTrackIsOther,
@@ -32,7 +38,8 @@ constexpr std::string_view Text(DrDiagnosis diagnosis) {
     case DrDiagnosis::kImuOnAnotherClock:
       return "the IMU's clock is not that of the wheels: the IMU is not used; check its stamps";
     case DrDiagnosis::kImuStampsRepeat:
-      return "the IMU's stamps stand still: the IMU is not used while they do; check its driver";
+      return "the IMU's samples carry the stamp of the one before: such samples are not used; "
+             "check its driver";
     case DrDiagnosis::kAccelInG:
       return "the accelerometer gives g: scaled to m/s^2; check its driver";
     case DrDiagnosis::kAccelWithoutGravity:
@@ -47,6 +54,22 @@ constexpr std::string_view Text(DrDiagnosis diagnosis) {
       return "the gyro's rates are no rad/s (deg/s?): the IMU is not used; check its driver";
     case DrDiagnosis::kGyroFrozen:
       return "the gyro's values do not change while the wheels turn: the IMU is not used";
+    case DrDiagnosis::kGyroBiasLarge:
+      return "the gyro's bias is more than 3 deg/s: taken out; check the IMU's own calibration";
+    case DrDiagnosis::kImuNotNumbers:
+      return "the IMU's samples hold values that are no numbers: left out; check its driver";
+    case DrDiagnosis::kWheelsNotNumbers:
+      return "the wheels' samples hold values that are no numbers: left out; check the base's "
+             "driver";
+    case DrDiagnosis::kWheelsTwice:
+      return "the wheels' samples come twice or overlap: the second ones are left out; check for "
+             "two senders (a second driver, a replay beside the robot)";
+    case DrDiagnosis::kWheelsJumped:
+      return "the wheels' sum jumped farther than any robot drives: that step is left out; was the "
+             "odometry reset?";
+    case DrDiagnosis::kWheelsTooFast:
+      return "the wheels are again and again faster than any robot: such steps are left out; check "
+             "their unit (millimetres for metres?)";
     case DrDiagnosis::kHeadingStuck:
       return "the base's heading does not change while its wheels turn: it is not used";
     case DrDiagnosis::kWheelTurnStuck:
@@ -83,6 +106,18 @@ constexpr std::string_view Name(DrDiagnosis diagnosis) {
       return "gyro_in_degrees";
     case DrDiagnosis::kGyroFrozen:
       return "gyro_frozen";
+    case DrDiagnosis::kGyroBiasLarge:
+      return "gyro_bias_large";
+    case DrDiagnosis::kImuNotNumbers:
+      return "imu_not_numbers";
+    case DrDiagnosis::kWheelsNotNumbers:
+      return "wheels_not_numbers";
+    case DrDiagnosis::kWheelsTwice:
+      return "wheels_twice";
+    case DrDiagnosis::kWheelsJumped:
+      return "wheels_jumped";
+    case DrDiagnosis::kWheelsTooFast:
+      return "wheels_too_fast";
     case DrDiagnosis::kHeadingStuck:
       return "heading_stuck";
     case DrDiagnosis::kWheelTurnStuck:

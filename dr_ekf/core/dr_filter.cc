@@ -75,9 +75,13 @@ void DrFilter::Find(DrDiagnosis diagnosis) {
   found_.push_back(diagnosis);
 }
 
+void DrFilter::FindOnce(DrDiagnosis diagnosis) {
+  if (found_once_.insert(diagnosis).second) Find(diagnosis);
+}
+
 void DrFilter::FindInState(const FilterState& state) {
   const auto once = [this](bool is, DrDiagnosis diagnosis) {
-    if (is && found_in_state_.insert(diagnosis).second) Find(diagnosis);
+    if (is) FindOnce(diagnosis);
   };
   once(state.heading_stuck, DrDiagnosis::kHeadingStuck);
   once(state.counters.parted > 0, DrDiagnosis::kParted);
@@ -86,6 +90,10 @@ void DrFilter::FindInState(const FilterState& state) {
   once(std::abs(state.yaw_scale - 1) > kOtherTrack &&
            state.P(kYawScale, kYawScale) < kKnownTrackSigma * kKnownTrackSigma,
        DrDiagnosis::kTrackIsOther);
+  once((state.gyro_bias.cwiseAbs() -
+        state.P.diagonal().segment<3>(kGyroBias).cwiseMax(0).cwiseSqrt())
+               .maxCoeff() > kMostPriorSigmas * kGyroBiasPrior,
+       DrDiagnosis::kGyroBiasLarge);
 }
 
 void DrFilter::Restart(Utime utime) {
@@ -148,8 +156,10 @@ void DrFilter::ReplayFrom(size_t index) {
 
 DrFilter::Output DrFilter::Push(const ImuSample& raw) {
   ImuSample sample = raw;
-  if (!calibration_.imu.present || !IsUsable(sample.utime) || !sample.w_I_rad_s.allFinite() ||
-      (sample.has_accel && !sample.a_I_m_s2.allFinite())) {
+  const bool numbers = IsUsable(sample.utime) && sample.w_I_rad_s.allFinite() &&
+                       (!sample.has_accel || sample.a_I_m_s2.allFinite());
+  if (!calibration_.imu.present || !numbers) {
+    if (!numbers) FindOnce(DrDiagnosis::kImuNotNumbers);
     ++counters_.rejected_invalid;
     return Finish(false);
   }
@@ -189,10 +199,12 @@ DrFilter::Output DrFilter::Push(const ImuSample& raw) {
 
 DrFilter::Output DrFilter::Push(const WheelSample& raw) {
   WheelSample sample = raw;
-  if (!calibration_.wheel.present || !IsUsable(sample.utime) || !IsUsable(sample.utime_begin) ||
-      !std::isfinite(sample.dx_m) || !std::isfinite(sample.dy_m) ||
-      !std::isfinite(sample.dyaw_rad) ||
-      (sample.has_heading && !std::isfinite(sample.heading_rad))) {
+  const bool numbers = IsUsable(sample.utime) && IsUsable(sample.utime_begin) &&
+                       std::isfinite(sample.dx_m) && std::isfinite(sample.dy_m) &&
+                       std::isfinite(sample.dyaw_rad) &&
+                       (!sample.has_heading || std::isfinite(sample.heading_rad));
+  if (!calibration_.wheel.present || !numbers) {
+    if (!numbers) FindOnce(DrDiagnosis::kWheelsNotNumbers);
     ++counters_.rejected_invalid;
     return Finish(false);
   }
@@ -203,6 +215,8 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
   const WheelChain::Link link = chain_.Add(sample);
   if (link.fate == WheelChain::Fate::kAbsurd) {
     ++counters_.rejected_absurd;
+    FindOnce(absurd_wheels_.Add(sample.utime) ? DrDiagnosis::kWheelsTooFast
+                                              : DrDiagnosis::kWheelsJumped);
     return Finish(false);
   }
   if (link.fate == WheelChain::Fate::kWaits) {
@@ -236,6 +250,7 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
     return Finish(false);
   }
   if (!InsertWheel(sample)) {
+    if (repeated_wheels_.Add(sample.utime)) FindOnce(DrDiagnosis::kWheelsTwice);
     ++counters_.rejected_non_monotonic;
     return Finish(false);
   }
@@ -289,6 +304,7 @@ DrFilter::Output DrFilter::Finish(bool publish) {
     while (history_.size() > 2 && history_[1].event.utime < oldest) history_.pop_front();
 
     DrState state = model_.Publish(history_.back().after);
+    state.slip = state.slip || imu_check_.contradicts_wheels();
     const bool newer = !last_published_ || state.utime > last_published_->utime ||
                        state.reset_counter != last_published_->reset_counter;
     // The fastest live input sets the rate: wheels speak only where the IMU leaves a gap.

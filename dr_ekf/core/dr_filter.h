@@ -21,6 +21,7 @@
 #include "dr_ekf/core/dr_diagnosis.h"
 #include "dr_ekf/core/dr_model.h"
 #include "dr_ekf/core/imu_check.h"
+#include "dr_ekf/core/recurrence.h"
 #include "dr_ekf/core/vision_witness.h"
 #include "dr_ekf/core/wheel_chain.h"
 
@@ -104,6 +105,7 @@ class DrFilter {
   // A wheel interval, to where it belongs. False: it repeats or overlaps one.
   bool InsertWheel(WheelSample sample);
   void Find(DrDiagnosis diagnosis);
+  void FindOnce(DrDiagnosis diagnosis);
   void FindInState(const FilterState& state);
   // Puts the event in order; returns its index, or none when an equal one is there.
   std::optional<size_t> Insert(Event event);
@@ -125,7 +127,8 @@ class DrFilter {
   int consecutive_late_ = 0;
   Utime late_since_;
   std::vector<DrDiagnosis> found_;
-  std::set<DrDiagnosis> found_in_state_;
+  std::set<DrDiagnosis> found_once_;
+  Recurrence repeated_wheels_, absurd_wheels_;
   std::optional<DrState> last_published_;
   int64_t seq_ = 0;
   DrCounters counters_;

@@ -113,6 +113,36 @@ TEST(DrDiagnosis, AGyroInDegreesIsNotUsed) {
   EXPECT_LT(ErrorSinceReset(r, out), 1.5 * WheelsAloneError() + 0.1);
 }
 
+// Long before a full turn: "up" by the gyro is not that of the accelerometer.
+TEST(DrDiagnosis, AGyroInDegreesIsFoundAtTheFirstStandstillAndNotBelievedBefore) {
+  const Recording r = TurnsAndStops();
+  DrFilter filter = std::move(DrFilter::Create({}, r.calibration)).value();
+  std::optional<double> found_s;
+  double believed = 0;  // rad, that the filter claims to have turned and nobody doubts
+  SE3 before;
+  for (Sample sample : r.samples) {
+    if (found_s) break;
+    if (auto* imu = std::get_if<ImuSample>(&sample)) {
+      // As large an offset as any gyro has.
+      imu->w_I_rad_s = (imu->w_I_rad_s + Eigen::Vector3d(0.01, -0.01, 0.01)) * 57.29578;
+    }
+    const DrFilter::Output out = Feed(filter, sample);
+    for (const DrState& state : out.states) {
+      const double turned = LogSO3((before.inverse() * state.T_OB).rotation()).norm();
+      const bool early = (state.utime - r.begin).seconds() < 0.4;
+      if (!state.slip && !early && state.reset_counter == 0) believed += turned;
+      before = state.T_OB;
+    }
+    if (std::find(out.found.begin(), out.found.end(), DrDiagnosis::kGyroInDegrees) !=
+        out.found.end()) {
+      found_s = (std::visit([](const auto& s) { return s.utime; }, sample) - r.begin).seconds();
+    }
+  }
+  ASSERT_TRUE(found_s);
+  EXPECT_LT(*found_s, 2.5);
+  EXPECT_LT(believed, 0.02);
+}
+
 TEST(DrDiagnosis, AFrozenGyroIsNotUsed) {
   const Recording r = TurnsAndStops();
   const Outcome out = DriveWith(
@@ -172,6 +202,96 @@ TEST(DrDiagnosis, WheelsWhoseHeadingIsStuckDoNotHoldTheGyro) {
   EXPECT_TRUE(out.Found(DrDiagnosis::kWheelTurnStuck));
   const SE3 apart = good.states.back().T_OB.inverse() * out.states.back().T_OB;
   EXPECT_LT(std::abs(apart.Log()[5]), 0.1);
+}
+
+// Seconds after the begin at which what is tried once happens.
+constexpr double kOnceAt = 12;
+
+// True for the first sample at or after kOnceAt.
+class Once {
+ public:
+  bool operator()(const Recording& r, Utime utime) {
+    return (utime - r.begin).seconds() >= kOnceAt && !std::exchange(done_, true);
+  }
+
+ private:
+  bool done_ = false;
+};
+
+TEST(DrDiagnosis, EverySecondImuStampRepeatedIsNamed) {
+  const Recording r = TurnsAndStops();
+  Utime before;
+  bool second = false;
+  const Outcome out = DriveWith(
+      r,
+      [&](ImuSample& s) {
+        if (second) s.utime = before;
+        second = !second;
+        before = s.utime;
+      },
+      Nothing);
+  EXPECT_TRUE(out.Found(DrDiagnosis::kImuStampsRepeat));
+  EXPECT_LT(ErrorSinceReset(r, out), 1.5 * WheelsAloneError() + 0.1);
+}
+
+TEST(DrDiagnosis, ValuesThatAreNoNumbersAreLeftOutAndNamed) {
+  const Recording r = TurnsAndStops();
+  const double error = ErrorSinceReset(r, Drive(r.calibration, r.samples));
+  const double nan = std::nan("");
+  Once once;
+  const Outcome imu = DriveWith(
+      r,
+      [&](ImuSample& s) {
+        if (once(r, s.utime)) s.w_I_rad_s.y() = nan;
+      },
+      Nothing);
+  EXPECT_EQ(imu.found, std::vector{DrDiagnosis::kImuNotNumbers});
+  EXPECT_LT(ErrorSinceReset(r, imu), error + 0.02);
+  Once again;
+  const Outcome wheels = DriveWith(
+      r, [](ImuSample&) {},
+      [&](WheelSample& s) {
+        if (again(r, s.utime)) s.dyaw_rad = nan;
+      });
+  EXPECT_EQ(wheels.found, std::vector{DrDiagnosis::kWheelsNotNumbers});
+  EXPECT_LT(ErrorSinceReset(r, wheels), error + 0.02);
+}
+
+TEST(DrDiagnosis, WheelsThatJumpOnceAreNotWheelsInAnotherUnit) {
+  const Recording r = TurnsAndStops();
+  Once once;
+  const Outcome jump = DriveWith(
+      r, [](ImuSample&) {},
+      [&](WheelSample& s) {
+        if (once(r, s.utime)) s.dx_m += 5;
+      });
+  EXPECT_EQ(jump.found, std::vector{DrDiagnosis::kWheelsJumped});
+  EXPECT_LT(ErrorSinceReset(r, jump), 1.5 * WheelsAloneError() + 0.1);
+  const Outcome millimetres = DriveWith(
+      r, [](ImuSample&) {}, [](WheelSample& s) { s.dx_m *= 1000, s.dy_m *= 1000; });
+  EXPECT_TRUE(millimetres.Found(DrDiagnosis::kWheelsTooFast));
+}
+
+TEST(DrDiagnosis, WheelsThatComeTwiceAreNamedAndUsedOnce) {
+  const Recording r = TurnsAndStops();
+  const Outcome good = Drive(r.calibration, r.samples);
+  std::vector<Sample> samples;
+  for (const Sample& sample : r.samples) {
+    samples.push_back(sample);
+    if (std::holds_alternative<WheelSample>(sample)) samples.push_back(sample);
+  }
+  const Outcome out = Drive(r.calibration, samples);
+  EXPECT_EQ(out.found, std::vector{DrDiagnosis::kWheelsTwice});
+  EXPECT_EQ(out.states.back().T_OB.translation(), good.states.back().T_OB.translation());
+}
+
+TEST(DrDiagnosis, ABiasBeyondTheDataSheetIsNamedAndTakenOut) {
+  const Recording r = TurnsAndStops();
+  const double error = ErrorSinceReset(r, Drive(r.calibration, r.samples));
+  const Outcome out = DriveWith(
+      r, [](ImuSample& s) { s.w_I_rad_s += Eigen::Vector3d::Constant(0.08); }, Nothing);
+  EXPECT_TRUE(out.Found(DrDiagnosis::kGyroBiasLarge));
+  EXPECT_LT(ErrorSinceReset(r, out), 1.5 * error + 0.1);
 }
 
 // ---- The track --------------------------------------------------------------------------------

@@ -10,17 +10,12 @@
 #include "common/good_weights/vision_noise.h"
 #include "frontend/core/features/image_cleaner.h"
 #include "frontend/core/map/local_map.h"
-#include "frontend/core/map/tracked_points.h"
-#include "frontend/core/motion/anchor_history.h"
 #include "frontend/core/motion/motion_model.h"
-#include "frontend/core/motion/pose_uncertainty.h"
-#include "frontend/core/place/piece_start.h"
-#include "frontend/core/place/place_confirmation.h"
+#include "frontend/core/place/place_watch.h"
 #include "frontend/core/place/recovery.h"
-#include "frontend/core/place/view_change.h"
+#include "frontend/core/tracking/camera_track.h"
 #include "frontend/core/tracking/frame_detail.h"
-#include "frontend/core/tracking/keyframe_chain.h"
-#include "frontend/core/tracking/pose_finder.h"
+#include "frontend/core/tracking/pose_search.h"
 #include "frontend/core/tracking/tracking_state.h"
 #include "frontend/core/tracking/witnesses.h"
 
@@ -53,14 +48,12 @@ class Tracker::Impl {
       : config_(config),
         camera_(geometry.rectified),
         extractor_(std::move(extractor)),
-        finder_(config, camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         motion_(camera_, config),
         cleaner_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
-        view_(camera_),
-        place_(Departs(Departure::kRecovery)),
-        piece_start_(camera_),
-        chain_(config) {}
+        place_(camera_, Departs(Departure::kRecovery)),
+        track_(config),
+        search_(config, camera_, {&motion_, &cleaner_, &map_, &witnesses_, &place_, &track_}) {}
 
   TrackerOutput Push(const CameraFrame& frame);
   TrackerOutput Track(Utime utime, int64_t seq, const FeatureFrame& features,
@@ -74,52 +67,24 @@ class Tracker::Impl {
   DrConstantFault dr_fault() const { return motion_.dr_fault(); }
 
  private:
-  // One image on its way to a pose.
-  struct Image {
-    Utime utime;
-    const FeatureFrame* of_world = nullptr;  // without what is fixed to the camera
-    const FeatureFrame* frame = nullptr;     // ... corrected for the motion
-    Motion motion;                           // since the image before; where hinted, from the hint
-    SE3 T_ab;                                // since the image before, in any case
-    SE3 T_WC_before;                         // where the motion begins
-    SE3 T_WC_predicted;                      // and ends
-    bool hinted = false;
-    FoundPose found;
-    bool agreed = false;   // with dead reckoning, around whose prediction the pose was found
-    bool snapped = false;  // found from a confirmed place, and believed
-
-    Witnesses::OfDr of_dr() const { return {utime, T_WC_predicted, motion.weight_cov}; }
-  };
-
   bool Departs(Departure d) const { return config_.dr_weight.Departs(d); }
-  bool VisionBroken() const { return state_ != TrackingState::kTracking; }
-  bool placed() const { return IsPlaced(state_); }
   bool map_there() const { return map_known_ && !map_.empty(); }
 
   const FeatureFrame* LeaveOutFixed(Utime utime, const FeatureFrame& seen);
-  void Rewind(Utime since);
-  void RememberAnchor();
   TrackerOutput Refuse(TrackerOutput out) const;
   void Restart(Utime utime);
-  Image Predict(Utime utime);
-  void Locate(Image* image);
-  FoundPose Find(Image* image);
-  std::optional<FoundPose> FindAlone(Image* image, const FoundPose& other);
-  FoundPose Decide(const PosePrediction& prediction, Image* image, FoundPose found);
-  void Show(const SE3& T_ab, Image* image);
-  FoundPose FindAnywhere(Utime utime);
-  bool TakePlace(Image* image);
-  bool IsBelieved(const Image& image, const FramePose& report);
-  bool Believable(const Image& image);
-  PlaceEvidence Evidence(const Image& image, const FramePose& report, bool placed,
+  TrackedImage Predict(Utime utime);
+  bool IsBelieved(const TrackedImage& image, const FramePose& report);
+  bool Believable(const TrackedImage& image);
+  PlaceEvidence Evidence(const TrackedImage& image, const FramePose& report, bool placed,
                          int num_inliers) const;
-  void Accept(const Image& image, FramePose* report, ImageOutcome* outcome);
-  void GoOnWithout(const Image& image, FramePose* report, const ImageOutcome& outcome);
-  void Judge(Image* image, TrackerOutput* out);
-  void CompareViews(const Image& image);
-  MotionModel::Seen Seen(const Image& image, const SE3& T_ab, const FramePose& report,
+  void Accept(const TrackedImage& image, FramePose* report, ImageOutcome* outcome);
+  void GoOnWithout(const TrackedImage& image, FramePose* report, const ImageOutcome& outcome);
+  void Judge(TrackedImage* image, TrackerOutput* out);
+  void CompareViews(const TrackedImage& image);
+  MotionModel::Seen Seen(const TrackedImage& image, const SE3& T_ab, const FramePose& report,
                          bool carried) const;
-  void ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome);
+  void ConsiderPlace(const TrackedImage& image, TrackerOutput* out, ImageOutcome* outcome);
   bool BeginsMap(const FeatureFrame& frame) const;
   bool CanBeginPiece(const FeatureFrame& frame) const;
   void BeginPiece(ImageOutcome* outcome);
@@ -131,215 +96,57 @@ class Tracker::Impl {
   FrontendConfig config_;
   RectifiedCamera camera_;
   FeatureExtractor extractor_;
-  PoseFinder finder_;
   LocalMap map_;
   MotionModel motion_;
   FeatureFrame frame_;
   ImageCleaner cleaner_;
-  AnchorHistory anchors_;
-  ViewChange view_;
-  bool other_view_ = false;  // the newest image shows nothing of the one before
+  PlaceWatch place_;
+  CameraTrack track_;
 
   bool map_known_ = false;   // a snapshot has come
   bool map_frozen_ = false;  // the back-end takes in no keyframes: none are made
-  TrackingState state_ = TrackingState::kStart;
   ClockWatch clock_;
-  Utime utime_;  // of the last image
-  SE3 T_WC_;
-  PoseUncertainty uncertainty_;  // of T_WC_
   Recovery recovery_;
-  std::vector<TrackedPoint> tracked_;
-  Witnesses witnesses_{&motion_, &anchors_};
+  Witnesses witnesses_{&motion_, &track_.anchors};
   std::optional<Pose> hint_;
-  PlaceConfirmation place_;
-  PieceStart piece_start_;
-  // To be tracked from at the next image; in this piece of the map.
-  std::optional<PlaceConfirmation::Confirmed> confirmed_;
-  KeyframeId confirmed_piece_;
   bool joined_ = false;        // the piece in use became part of another: the next pose jumps
   bool claims_place_ = false;  // the newest image's pose; false: it may be anywhere
-
-  KeyframeId reference_;  // keyframe the pose is expressed in
-  KeyframeChain chain_;
+  PoseSearch search_;
 };
 
-// Gives the image to the pose finder, corrected for the motion since the image before.
-void Tracker::Impl::Show(const SE3& T_ab, Image* image) {
-  image->frame = cleaner_.Correct(image->of_world, T_ab, image->utime - utime_);
-  finder_.SetImage(image->frame, static_cast<uint64_t>(image->utime.us));
-}
-
-// The pose at constant velocity, without dead reckoning, if it is founded, convincing, and has no
-// fewer inliers than `other`. Vision that carried the image before is then not overruled.
-std::optional<FoundPose> Tracker::Impl::FindAlone(Image* image, const FoundPose& other) {
-  const Motion motion = motion_.Coast(utime_, image->utime);
-  Show(motion.T_ab, image);
-  PosePrediction prediction;
-  prediction.T_WC = T_WC_ * motion.T_ab;
-  prediction.search_cov = prediction.weight_cov = motion.weight_cov;
-  FoundPose alone = finder_.Follow(prediction, tracked_, reference_, &map_);
-  const int fewest = std::max(Recovery::kConvincingInliers, other.estimate.num_inliers);
-  if (alone.found && alone.estimate.num_inliers >= fewest && witnesses_.Founded(alone, tracked_)) {
-    return alone;
-  }
-  Show(image->T_ab, image);
-  return std::nullopt;
-}
-
-// Between dead reckoning that has been sound, the pose `found` around its prediction, which
-// contradicts it, and vision alone. The rest of the image decides, and landmarks that are known to
-// stand still.
-FoundPose Tracker::Impl::Decide(const PosePrediction& prediction, Image* image, FoundPose found) {
-  if (found.found && witnesses_.KnowAny()) {
-    FoundPose rest = finder_.FollowRest(prediction, found, reference_, &map_);
-    if (rest.found) {
-      // What fits to this pose besides is a witness from now on.
-      finder_.Complete(&map_, &rest);
-      image->agreed = true;
-      witnesses_.Refute(image->utime);
-      return rest;
-    }
-  }
-  if (auto alone = FindAlone(image, found)) return *alone;
-  const bool refuted = witnesses_.Refuted(image->utime);
-  if (found.found && (refuted || !witnesses_.Founded(found, tracked_))) {
-    if (!refuted) Rewind(image->utime - StandingLandmarks::kProof);
-    image->T_WC_before = T_WC_;
-    image->T_WC_predicted = T_WC_ * image->motion.T_ab;
-    found.found = false;
-    found.reason = TrackingReason::kPoseJump;
-  }
-  return found;
-}
-
-// Around the prediction.
-FoundPose Tracker::Impl::Find(Image* image) {
-  const Motion& motion = image->motion;
-  PosePrediction prediction;
-  prediction.T_WC = image->T_WC_predicted;
-  prediction.search_cov = motion.weight_cov;
-  prediction.has_prior = motion.from_dr;
-  prediction.any_matches = !Departs(Departure::kInlierGate);
-  prediction.weight_cov = motion.weight_cov;
-  prediction.vision_broken = VisionBroken();
-  if (prediction.vision_broken) {
-    prediction.search_cov += uncertainty_.cov();
-  }
-  // The mean of the prior is the drifted pose: it counts with that drift, and no more.
-  const bool drifted = prediction.vision_broken && Departs(Departure::kDrift);
-  if (drifted) prediction.weight_cov = prediction.search_cov;
-  if (AdaptsAlpha(config_.variant) && Departs(Departure::kBound)) {
-    prediction.honest_cov = drifted ? prediction.search_cov : motion.noise.Covariance();
-  }
-  FoundPose found = finder_.Follow(prediction, tracked_, reference_, &map_);
-  const bool asks = motion.from_dr && !prediction.vision_broken && Departs(Departure::kTrust);
-  if (asks) {
-    image->agreed = !witnesses_.Contradict(image->of_dr(), found);
-    if (!image->agreed) return Decide(prediction, image, std::move(found));
-    if (witnesses_.Stands(found)) witnesses_.Clear();
-    // What little is found around a wrong prediction agrees with it.
-    if (!witnesses_.Founded(found, tracked_)) {
-      if (auto alone = FindAlone(image, found)) {
-        image->agreed = false;
-        return *alone;
-      }
-    }
-  }
-  if (!found.found && !motion.from_dr) {
-    FoundPose again = finder_.FindAgain(T_WC_, static_cast<uint64_t>(image->utime.us), &map_);
-    if (again.found) return again;
-  }
-  return found;
-}
-
-// Where this tracker has no place yet. With dead reckoning, answers of the back-end are compared;
-// a look-alike near the origin of W would pass for the place here.
-FoundPose Tracker::Impl::FindAnywhere(Utime utime) {
-  FoundPose found;
-  if (!motion_.OdometryPose(utime)) {
-    found = finder_.FindAgain(T_WC_, static_cast<uint64_t>(utime.us), &map_);
-  }
-  if (!found.found) found.reason = TrackingReason::kPlaceUnknown;
-  return found;
-}
-
-// Tracks the image from the confirmed place, which is taken over when the image is seen there. Call
-// after uncertainty_ was predicted.
-bool Tracker::Impl::TakePlace(Image* image) {
-  const auto T_OC = motion_.OdometryPose(utime_);
-  if (!T_OC) return false;
-  const Motion& motion = image->motion;
-  const SE3 T_WC = confirmed_->T_WO * *T_OC;  // of the last image
-  const SE3 T_WC_predicted = T_WC * motion.T_ab;
-  PoseUncertainty uncertainty;
-  uncertainty.Reset(confirmed_->cov_T_WC);
-  uncertainty.Predict(motion.T_ab, motion.noise, image->utime - utime_);
-  PosePrediction prediction;
-  prediction.T_WC = T_WC_predicted;
-  prediction.search_cov = uncertainty.cov() + motion.weight_cov;
-  prediction.has_prior = motion.from_dr;
-  prediction.weight_cov = prediction.honest_cov = prediction.search_cov;
-  prediction.vision_broken = true;
-  const KeyframeId piece_before = map_.piece();
-  map_.Use(confirmed_piece_);
-  image->found = finder_.Follow(prediction, {}, {}, &map_);
-  const PoseEstimate& e = image->found.estimate;
-  if (!image->found.found || !SamePlace(T_WC_predicted.inverse() * e.T_WC)) {
-    map_.Use(piece_before);
-    return false;
-  }
-  const bool carried =
-      place_.in_doubt() || map_.piece() != piece_before ||
-      !PosesAgree(image->T_WC_predicted, e.T_WC,
-                  uncertainty_.cov() + motion.weight_cov + VisionCovariance(e.vision_information));
-  // Dead reckoning then does not lead from the last keyframe to here.
-  if (carried) chain_.Break();
-  image->T_WC_before = T_WC;
-  image->T_WC_predicted = T_WC_predicted;
-  uncertainty_ = uncertainty;
-  return true;
-}
-
-// Finds the pose of the image in the map, if there is one.
-void Tracker::Impl::Locate(Image* image) {
-  finder_.SetImage(image->frame, static_cast<uint64_t>(image->utime.us));
-  image->snapped = confirmed_ && TakePlace(image);
-  confirmed_.reset();
-  if (image->snapped) return;
-  image->found = placed() || image->hinted ? Find(image) : FindAnywhere(image->utime);
-}
-
-// True when a pose that vision finds after it was broken is to be believed. Call after uncertainty_
-// was predicted.
-bool Tracker::Impl::Believable(const Image& image) {
+// True when a pose that vision finds after it was broken is to be believed. Call after the
+// uncertainty of the track was predicted.
+bool Tracker::Impl::Believable(const TrackedImage& image) {
   const PoseEstimate& e = image.found.estimate;
   const Matrix6d cov = VisionCovariance(e.vision_information);
   const Matrix6d& motion_cov = image.motion.weight_cov;
   std::optional<Recovery::Expectation> expected;
-  if (placed() || image.hinted) {
-    expected = Recovery::Expectation{image.T_WC_predicted, uncertainty_.cov() + motion_cov,
+  if (track_.placed() || image.hinted) {
+    expected = Recovery::Expectation{image.T_WC_predicted, track_.uncertainty.cov() + motion_cov,
                                      place_.in_doubt()};
   }
   const Recovery::Verdict verdict =
       recovery_.Judge({e.T_WC, cov, e.num_inliers, image.T_ab, motion_cov}, expected);
   // Dead reckoning does not lead from the last keyframe to here.
-  if (verdict == Recovery::Verdict::kElsewhere) chain_.Break();
+  if (verdict == Recovery::Verdict::kElsewhere) track_.chain.Break();
   return verdict != Recovery::Verdict::kWait;
 }
 
 // True when the pose that vision found is taken over. What it finds after it was broken has to be
 // believed; without dead reckoning there is nothing to hold against it, but that the place is in
 // doubt or not known.
-bool Tracker::Impl::IsBelieved(const Image& image, const FramePose& report) {
+bool Tracker::Impl::IsBelieved(const TrackedImage& image, const FramePose& report) {
   if (image.snapped || !Departs(Departure::kRecovery)) return true;
   if (witnesses_.Refuted(image.utime) && !witnesses_.Stands(image.found)) return false;
-  const bool judged = VisionBroken() && (image.motion.from_dr || !placed() || place_.in_doubt());
+  const bool judged =
+      track_.vision_broken() && (image.motion.from_dr || !track_.placed() || place_.in_doubt());
   if (judged) return Believable(image);
-  return !place_.Contradicts(Evidence(image, report, placed(), image.found.estimate.num_inliers));
+  return !place_.Contradicts(
+      Evidence(image, report, track_.placed(), image.found.estimate.num_inliers));
 }
 
 // Takes over the pose of an image that vision carries.
-void Tracker::Impl::Accept(const Image& image, FramePose* report, ImageOutcome* outcome) {
+void Tracker::Impl::Accept(const TrackedImage& image, FramePose* report, ImageOutcome* outcome) {
   const FoundPose& found = image.found;
   const PoseEstimate& e = found.estimate;
   if (e.prior_information.squaredNorm() > 0) {
@@ -351,31 +158,23 @@ void Tracker::Impl::Accept(const Image& image, FramePose* report, ImageOutcome* 
   report->num_inliers = e.num_inliers;
   report->reason = TrackingReason::kNone;
   const SE3 correction = image.T_WC_predicted.inverse() * e.T_WC;
-  outcome->corrected = image.snapped || (state_ == TrackingState::kBlind &&
+  outcome->corrected = image.snapped || (track_.state == TrackingState::kBlind &&
                                          (correction.translation().norm() > kSnapTranslation ||
                                           LogSO3(correction.rotation()).norm() > kSnapRotation));
-  uncertainty_.Update(e.vision_information, e.prior_information);
-  T_WC_ = e.T_WC;
-  reference_ = found.reference;
-  tracked_.clear();
-  for (size_t i = 0; i < found.landmarks.size(); ++i) {
-    if (!found.landmarks[i].valid()) continue;
-    const Feature& f = image.frame->features[i];
-    tracked_.push_back({found.landmarks[i], image.frame->descriptors[i], f.level});
-  }
+  track_.Take(found, *image.frame);
   witnesses_.Learn(image.of_dr(), image.agreed, found);
   recovery_.Reset();
 }
 
 // Without a pose from vision that is believed.
-void Tracker::Impl::GoOnWithout(const Image& image, FramePose* report,
+void Tracker::Impl::GoOnWithout(const TrackedImage& image, FramePose* report,
                                 const ImageOutcome& outcome) {
   if (outcome.unconfirmed) {
     report->reason = TrackingReason::kPoseJump;
   } else {
     recovery_.Reset();
   }
-  T_WC_ = image.T_WC_predicted;
+  track_.T_WC = image.T_WC_predicted;
   report->dr_share = image.motion.from_dr ? 1.0 : 0.0;
 }
 
@@ -391,42 +190,38 @@ bool Tracker::Impl::CanBeginPiece(const FeatureFrame& frame) const {
   return CarriesTheNext(frame) && frame.num_detected >= PlaceConfirmation::kRich;
 }
 
-// The piece begins where dead reckoning has led: its frame is W as far as the robot knows it, and
-// the pose in that frame goes on without a step. What was seen before belongs to another piece.
+// The piece begins where dead reckoning has led.
 void Tracker::Impl::BeginPiece(ImageOutcome* outcome) {
   outcome->begins_piece = true;
-  map_.Use(chain_.next());
-  chain_.Break();
-  uncertainty_ = PoseUncertainty();
-  uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
-  tracked_.clear();
+  track_.BeginPiece(&map_);
   witnesses_.Forget();
   recovery_.Reset();
-  place_ = PlaceConfirmation(Departs(Departure::kRecovery));
-  piece_start_ = PieceStart(camera_);
+  place_.BeginPiece();
 }
 
 // An image may become a keyframe when it is known where it was taken, by vision or dead reckoning.
 bool Tracker::Impl::ContinuesMap(bool vision, const Motion& motion) const {
   if (map_frozen_ || (map_known_ && map_.empty()) || place_.in_doubt()) return false;
-  return vision || (placed() && motion.from_dr && DrInLocalBa(config_.variant));
+  return vision || (track_.placed() && motion.from_dr && DrInLocalBa(config_.variant));
 }
 
 Keyframe Tracker::Impl::MakeKeyframe(const FeatureFrame& frame, const FoundPose& found,
                                      const FramePose& report) {
-  Keyframe k = chain_.Make(
-      {frame, found, report, T_WC_, uncertainty_.cov(), map_.piece(), map_.revision()}, motion_);
+  Keyframe k = track_.chain.Make(
+      {frame, found, report, track_.T_WC, track_.uncertainty.cov(), map_.piece(), map_.revision()},
+      motion_);
   for (size_t i = 0; i < k.landmarks.size(); ++i) {
     if (k.landmarks[i] != LandmarkId::From(k.id, static_cast<int>(i))) continue;
-    tracked_.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
+    track_.points.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
   }
   map_.AddKeyframe(k);
-  reference_ = k.id;
+  track_.reference = k.id;
   return k;
 }
 
 void Tracker::Impl::FillMotion(FramePose* report) {
-  const auto motion = uncertainty_.Remember(report->utime, T_WC_, FramePose::kMotionSpan);
+  const auto motion =
+      track_.uncertainty.Remember(report->utime, track_.T_WC, FramePose::kMotionSpan);
   if (!motion) return;
   const Matrix6d adj = camera_.T_BC.Adjoint();
   report->motion_us = motion->length.us;
@@ -434,14 +229,14 @@ void Tracker::Impl::FillMotion(FramePose* report) {
 }
 
 void Tracker::Impl::FillPose(FramePose* report) const {
-  report->T_WB = T_WC_ * camera_.T_BC.inverse();
+  report->T_WB = track_.T_WC * camera_.T_BC.inverse();
   const Matrix6d adj = camera_.T_BC.Adjoint();
-  const Matrix6d cov = claims_place_ ? uncertainty_.cov() : CovarianceOfNoIdea();
+  const Matrix6d cov = claims_place_ ? track_.uncertainty.cov() : CovarianceOfNoIdea();
   report->cov_T_WB = adj * cov * adj.transpose();
   report->map_revision = map_.revision();
-  report->reference_keyframe = reference_;
-  const auto T_WK = map_.KeyframePose(reference_);
-  report->T_KC = T_WK ? T_WK->inverse() * T_WC_ : T_WC_;
+  report->reference_keyframe = track_.reference;
+  const auto T_WK = map_.KeyframePose(track_.reference);
+  report->T_KC = T_WK ? T_WK->inverse() * track_.T_WC : track_.T_WC;
   if (const DrState* dr = motion_.newest_dr()) {
     report->dr_seq = dr->seq;
     report->dr_reset_counter = dr->reset_counter;
@@ -465,39 +260,18 @@ const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame
     return &seen;
   }
   std::optional<CameraStep> step;
-  if (state_ != TrackingState::kStart) step = motion_.Step(utime_, utime);
-  if (!step) anchors_.Clear();  // dead reckoning may have begun anew, somewhere else
+  if (track_.state != TrackingState::kStart) step = motion_.Step(track_.utime, utime);
+  if (!step) track_.anchors.Clear();  // dead reckoning may have begun anew, somewhere else
   const bool prevailed = cleaner_.fixed_prevails();
   const FeatureFrame* const of_world = cleaner_.LeaveOutFixed(utime, seen, step);
-  if (cleaner_.fixed_prevails() && !prevailed) Rewind(cleaner_.fixed_since());
+  if (cleaner_.fixed_prevails() && !prevailed) track_.Rewind(cleaner_.fixed_since(), &motion_);
   return of_world;
-}
-
-// Vision was held by what is not the world: the way since then is that of dead reckoning.
-void Tracker::Impl::Rewind(Utime since) {
-  const auto T_OC = motion_.OdometryPose(utime_);
-  const auto then = anchors_.From(since);
-  if (!T_OC || !then) return;
-  const SE3 T_WC = then->T_WO * *T_OC;
-  uncertainty_.Shift((T_WC_.inverse() * T_WC).Log());
-  T_WC_ = T_WC;
-  motion_.ObserveNothing();
-  // Dead reckoning leads from the true pose of the last keyframe, which it does not have.
-  chain_.Break();
-}
-
-void Tracker::Impl::RememberAnchor() {
-  if (const auto T_OC = motion_.OdometryPose(utime_)) {
-    anchors_.Remember(utime_, T_WC_ * T_OC->inverse());
-  } else {
-    anchors_.Clear();
-  }
 }
 
 // Answers an image that is not newer than the one before, and is not used.
 TrackerOutput Tracker::Impl::Refuse(TrackerOutput out) const {
   out.pose.reason = TrackingReason::kTimeReversed;
-  out.pose.status = StatusOf(state_, {.time_reversed = true});
+  out.pose.status = StatusOf(track_.state, {.time_reversed = true});
   FillPose(&out.pose);
   return out;
 }
@@ -506,56 +280,53 @@ TrackerOutput Tracker::Impl::Refuse(TrackerOutput out) const {
 // time passed since nobody knows; the robot is looked for around where it was, as after a blind
 // span.
 void Tracker::Impl::Restart(Utime utime) {
-  if (placed()) state_ = TrackingState::kBlind;
+  if (track_.placed()) track_.state = TrackingState::kBlind;
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(kMovedMeanwhile), Eigen::Vector3d::Constant(kTurnedMeanwhile);
   const Matrix6d moved = sigma.cwiseAbs2().asDiagonal();
-  const Matrix6d cov = uncertainty_.cov() + moved;
-  uncertainty_ = PoseUncertainty();
-  uncertainty_.Reset(cov);
-  utime_ = utime - DurationUs{1};
-  place_ = PlaceConfirmation(Departs(Departure::kRecovery));
-  confirmed_.reset();
+  const Matrix6d cov = track_.uncertainty.cov() + moved;
+  track_.uncertainty = PoseUncertainty();
+  track_.uncertainty.Reset(cov);
+  track_.utime = utime - DurationUs{1};
+  place_.Restart();
   recovery_.Reset();
-  view_ = ViewChange(camera_);
-  anchors_.Clear();
+  track_.anchors.Clear();
   witnesses_.Clear();
   motion_.Restart();
-  chain_.Restart(utime);
+  track_.chain.Restart(utime);
 }
 
 // Where the image should have been taken, and how sure that is.
-Tracker::Impl::Image Tracker::Impl::Predict(Utime utime) {
-  Image image;
+TrackedImage Tracker::Impl::Predict(Utime utime) {
+  TrackedImage image;
   image.utime = utime;
-  if (state_ == TrackingState::kStart) {
-    T_WC_ = motion_.FirstPose(utime);
-    uncertainty_.Reset(Matrix6d::Identity() * 1e-12);  // by definition
+  if (track_.state == TrackingState::kStart) {
+    track_.T_WC = motion_.FirstPose(utime);
+    track_.BeginFrame();
   } else {
-    image.motion = motion_.Between(utime_, utime);
-    uncertainty_.Predict(image.motion.T_ab, image.motion.noise, utime - utime_);
+    image.motion = motion_.Between(track_.utime, utime);
+    track_.uncertainty.Predict(image.motion.T_ab, image.motion.noise, utime - track_.utime);
   }
   image.T_ab = image.motion.T_ab;
-  image.hinted = !placed() && hint_ && !map_.empty();
+  image.hinted = !track_.placed() && hint_ && !map_.empty();
   if (image.hinted) {
     // From where POSE of the DR process says that the body was, in place of the last image's pose.
-    T_WC_ = hint_->T_WB * camera_.T_BC;
+    track_.T_WC = hint_->T_WB * camera_.T_BC;
     image.motion.T_ab = SE3();
-    uncertainty_.Reset(InCamera(hint_->cov_T_WB, camera_.T_BC));
+    track_.uncertainty.Reset(InCamera(hint_->cov_T_WB, camera_.T_BC));
   }
-  image.T_WC_before = T_WC_;
-  image.T_WC_predicted = T_WC_ * image.motion.T_ab;
+  image.T_WC_before = track_.T_WC;
+  image.T_WC_predicted = track_.T_WC * image.motion.T_ab;
   return image;
 }
 
 // Finds out whether the image shows another scene than the one before. Many inliers answer the
 // question; else the images are compared.
-void Tracker::Impl::CompareViews(const Image& image) {
+void Tracker::Impl::CompareViews(const TrackedImage& image) {
   const std::optional<SE3> T_OC = motion_.OdometryPose(image.utime);
-  const bool weak = VisionBroken() || !image.found.found ||
+  const bool weak = track_.vision_broken() || !image.found.found ||
                     image.found.estimate.num_inliers < PlaceConfirmation::kByChance;
-  other_view_ = weak && view_.Changed(image.utime, *image.frame, T_OC);
-  view_.Remember(image.utime, *image.frame, T_OC);
+  place_.CompareViews(image.utime, *image.frame, T_OC, weak);
 }
 
 TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame& seen,
@@ -573,18 +344,18 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
 
   const FeatureFrame* const of_world = LeaveOutFixed(utime, seen);
   report.num_detected = of_world->num_detected;
-  Image image = Predict(utime);
+  TrackedImage image = Predict(utime);
   image.frame = image.of_world = of_world;
-  if (state_ != TrackingState::kStart) {
+  if (track_.state != TrackingState::kStart) {
     if (Departs(Departure::kLooksHealthy))
-      cleaner_.JudgeEyes(seen, image.T_ab, image.utime - utime_);
-    image.frame = cleaner_.Correct(of_world, image.T_ab, image.utime - utime_);
+      cleaner_.JudgeEyes(seen, image.T_ab, image.utime - track_.utime);
+    image.frame = cleaner_.Correct(of_world, image.T_ab, image.utime - track_.utime);
   }
   report.reason = image_problem;
   if (image_problem == TrackingReason::kNone) {
     report.reason = TrackingReason::kNoMap;
     if (map_there()) {
-      Locate(&image);
+      search_.Locate(&image);
       report.num_tracked = image.found.num_tracked;
       report.q = image.found.q;
       report.alpha = image.motion.from_dr ? image.found.scale.rotation : 0;
@@ -599,7 +370,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
 }
 
 // From what was found to a pose, a status, and perhaps a keyframe.
-void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
+void Tracker::Impl::Judge(TrackedImage* image, TrackerOutput* out) {
   FramePose& report = out->pose;
   ImageOutcome outcome;
   outcome.map_there = map_there();
@@ -626,10 +397,10 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
   outcome.q = report.q;
   outcome.dr_share = report.dr_share;
   ConsiderPlace(*image, out, &outcome);
-  const bool carried = StatusOf(state_, outcome) == TrackingStatus::kTracking;
+  const bool carried = StatusOf(track_.state, outcome) == TrackingStatus::kTracking;
   outcome.contradicted =
       !motion_.dr_trusted() || cleaner_.fixed_prevails() || cleaner_.depth_spoilt();
-  report.status = StatusOf(state_, outcome);
+  report.status = StatusOf(track_.state, outcome);
   if (outcome.begins_map) report.reason = TrackingReason::kNone;
   if (cleaner_.depth_spoilt()) report.reason = TrackingReason::kEyesApart;
   if (cleaner_.fixed_prevails()) report.reason = TrackingReason::kFixedInImage;
@@ -637,24 +408,24 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
     report.reason = TrackingReason::kDrContradictsVision;
   }
 
-  const bool first = state_ == TrackingState::kStart;
-  const SE3 T_ab = image->T_WC_before.inverse() * T_WC_;
+  const bool first = track_.state == TrackingState::kStart;
+  const SE3 T_ab = image->T_WC_before.inverse() * track_.T_WC;
   if (!outcome.vision || witnesses_.Refuted(image->utime)) {
     motion_.ObserveNothing();
   } else if (!first) {
     motion_.Observe(Seen(*image, T_ab, report, carried), image->motion);
   }
-  chain_.Observe(first ? SE3() : T_ab,
-                 !outcome.vision && report.num_detected >= config_.keyframe_min_close);
-  state_ = NextState(state_, outcome);
-  utime_ = image->utime;
-  RememberAnchor();
+  track_.chain.Observe(first ? SE3() : T_ab,
+                       !outcome.vision && report.num_detected >= config_.keyframe_min_close);
+  track_.state = NextState(track_.state, outcome);
+  track_.utime = image->utime;
+  track_.RememberAnchor(motion_);
   hint_.reset();
-  const bool due =
-      !outcome.begins_piece && ContinuesMap(outcome.vision, image->motion) &&
-      chain_.WantsNext(image->utime, *image->frame, image->found, map_.NumLandmarks(reference_));
+  const bool due = !outcome.begins_piece && ContinuesMap(outcome.vision, image->motion) &&
+                   track_.chain.WantsNext(image->utime, *image->frame, image->found,
+                                          map_.NumLandmarks(track_.reference));
   if (outcome.begins_map || outcome.begins_piece || due) {
-    if (config_.matching != Matching::kAll) finder_.Complete(&map_, &image->found);
+    if (config_.matching != Matching::kAll) search_.Complete(&image->found);
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
     MarkNewLandmarks(*out->keyframe, &out->detail);
   }
@@ -662,13 +433,13 @@ void Tracker::Impl::Judge(Image* image, TrackerOutput* out) {
 
 // What vision measured since the image before. carried: vision carries this pose, whether dead
 // reckoning agrees or not.
-MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, const FramePose& report,
-                                      bool carried) const {
+MotionModel::Seen Tracker::Impl::Seen(const TrackedImage& image, const SE3& T_ab,
+                                      const FramePose& report, bool carried) const {
   MotionModel::Seen seen;
-  seen.a = utime_;
+  seen.a = track_.utime;
   seen.b = image.utime;
   seen.T_ab = T_ab;
-  const bool in_a_row = !VisionBroken() && carried && !cleaner_.depth_spoilt();
+  const bool in_a_row = !track_.vision_broken() && carried && !cleaner_.depth_spoilt();
   seen.healthy = in_a_row && report.q >= kHealthyQuality;
   // Enough to see that dead reckoning is far off, which need not wait for full health.
   seen.sure =
@@ -681,8 +452,8 @@ MotionModel::Seen Tracker::Impl::Seen(const Image& image, const SE3& T_ab, const
 }
 
 // What an image tells of the place; num_inliers: of the pose from vision, 0 when it has none.
-PlaceEvidence Tracker::Impl::Evidence(const Image& image, const FramePose& report, bool placed,
-                                      int num_inliers) const {
+PlaceEvidence Tracker::Impl::Evidence(const TrackedImage& image, const FramePose& report,
+                                      bool placed, int num_inliers) const {
   PlaceEvidence e;
   e.utime = image.utime;
   e.placed = placed;
@@ -690,94 +461,68 @@ PlaceEvidence Tracker::Impl::Evidence(const Image& image, const FramePose& repor
   e.num_inliers = num_inliers;
   e.relocalised = image.snapped;
   e.num_detected = report.num_detected;
-  e.other_view = other_view_;
   e.T_OC = motion_.OdometryPose(image.utime);
   return e;
 }
 
 // Doubt and questions about where this image was taken. Call when its pose is decided, before a
 // keyframe is made of it.
-void Tracker::Impl::ConsiderPlace(const Image& image, TrackerOutput* out, ImageOutcome* outcome) {
+void Tracker::Impl::ConsiderPlace(const TrackedImage& image, TrackerOutput* out,
+                                  ImageOutcome* outcome) {
   FramePose& report = out->pose;
-  const bool placed_now = placed() || outcome->vision;
+  const bool placed_now = track_.placed() || outcome->vision;
   const PlaceEvidence evidence =
       Evidence(image, report, placed_now, outcome->vision ? report.num_inliers : 0);
-  if (place_.Observe(evidence)) {
-    out->query = PlaceQuery{report.utime, 0, image.frame->features, image.frame->descriptors};
-  }
   // An empty map begins where this tracker is.
   const bool known = placed_now || image.hinted || (map_known_ && map_.empty());
-  const bool sure = known && !place_.in_doubt();
-  const bool in_piece = map_.piece().valid();
-  claims_place_ = sure && !in_piece;
-  const bool lost = !sure && evidence.map_there;
-  if (piece_start_.Observe(image.utime, !lost, *image.frame, evidence.T_OC) &&
-      CanBeginPiece(*image.frame)) {
-    BeginPiece(outcome);
+  const PlaceWatch::Verdict verdict = place_.Observe(evidence, *image.frame, known);
+  if (verdict.ask) {
+    out->query = PlaceQuery{report.utime, 0, image.frame->features, image.frame->descriptors};
   }
+  claims_place_ = verdict.sure && !map_.piece().valid();
+  if (verdict.map_on && CanBeginPiece(*image.frame)) BeginPiece(outcome);
   if (claims_place_ || !evidence.map_there) return;
   outcome->place_known = false;
-  report.reason = known && !sure ? TrackingReason::kPoseJump : TrackingReason::kPlaceUnknown;
+  report.reason =
+      known && !verdict.sure ? TrackingReason::kPoseJump : TrackingReason::kPlaceUnknown;
 }
 
 bool Tracker::Impl::Push(const MapUpdate& update) {
-  const auto T_WK_before = map_.KeyframePose(reference_);
+  const auto T_WK_before = map_.KeyframePose(track_.reference);
   if (!map_.Apply(update)) return false;
   if (update.snapshot) {
     map_known_ = true;
     map_frozen_ = update.frozen;
   }
-  chain_.Skip(update.newest_keyframe);
+  track_.chain.Skip(update.newest_keyframe);
 
   // The pose follows the keyframe it is expressed in.
   if (T_WK_before) {
-    const SE3 T_WC_before = T_WC_;
-    SE3 T_KC = T_WK_before->inverse() * T_WC_;
-    for (const KeyframeRemoval& removal : update.removed_keyframes) {
-      if (removal.id == reference_) {
-        reference_ = removal.parent;
-        T_KC = removal.T_ParentC * T_KC;
-      }
-    }
-    if (const auto T_WK = map_.KeyframePose(reference_)) T_WC_ = *T_WK * T_KC;
-    if (const auto piece = map_.PieceOf(reference_); piece && *piece != map_.piece()) {
-      // Its frame is another one now, in which the pose is as sure as it was in the piece.
-      map_.Use(*piece);
-      joined_ = true;
-      const Matrix6d cov = uncertainty_.cov();
-      uncertainty_ = PoseUncertainty();
-      uncertainty_.Reset(cov);
-    } else {
-      uncertainty_.Shift((T_WC_before.inverse() * T_WC_).Log());
-    }
-    const SE3 T_correction = T_WC_ * T_WC_before.inverse();
-    motion_.MapMoved(T_correction);
-    anchors_.Move(T_correction);
+    const CameraTrack::Correction correction = track_.FollowReference(*T_WK_before, update, &map_);
+    joined_ |= correction.joined;
+    motion_.MapMoved(correction.T);
   }
-  FollowMerges(update.merged_landmarks, &tracked_);
+  FollowMerges(update.merged_landmarks, &track_.points);
   witnesses_.Merge(update.merged_landmarks);
   return true;
 }
 
 void Tracker::Impl::Push(const Pose& pose) {
   const double variance = pose.cov_T_WB.diagonal().head<3>().maxCoeff();
-  if (!placed() && pose.has_map && variance < kHintSigma * kHintSigma) hint_ = pose;
+  if (!track_.placed() && pose.has_map && variance < kHintSigma * kHintSigma) hint_ = pose;
 }
 
 void Tracker::Impl::Push(const PlaceMatch& match) {
   const auto T_OC = motion_.OdometryPose(match.utime);
   if (!T_OC) return;
-  if (const auto confirmed = place_.Take(match, *T_OC)) {
-    confirmed_ = confirmed;
-    confirmed_piece_ = map_.PieceOf(match.keyframe).value_or(KeyframeId{});
-  }
+  place_.Answer(match, *T_OC, map_.PieceOf(match.keyframe).value_or(KeyframeId{}));
 }
 
 MapRequest Tracker::Impl::Request() const {
   MapRequest request;
-  request.utime = utime_;
-  request.has_guess = placed() || hint_.has_value();
-  request.T_WC_guess = hint_ ? hint_->T_WB * camera_.T_BC : T_WC_;
+  request.utime = track_.utime;
+  request.has_guess = track_.placed() || hint_.has_value();
+  request.T_WC_guess = hint_ ? hint_->T_WB * camera_.T_BC : track_.T_WC;
   return request;
 }
 

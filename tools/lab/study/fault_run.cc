@@ -52,6 +52,10 @@ Accused AccusedBy(dr_ekf::DrDiagnosis diagnosis) {
     case kHeadingStuck:
     case kWheelTurnStuck:
     case kTrackIsOther:
+    case kWheelsNotNumbers:
+    case kWheelsTwice:
+    case kWheelsJumped:
+    case kWheelsTooFast:
       return Accused::kWheels;
     case kImuOnAnotherClock:
     case kImuStampsRepeat:
@@ -61,6 +65,8 @@ Accused AccusedBy(dr_ekf::DrDiagnosis diagnosis) {
     case kAccelUnfit:
     case kGyroInDegrees:
     case kGyroFrozen:
+    case kGyroBiasLarge:
+    case kImuNotNumbers:
       return Accused::kImu;
   }
   return Accused::kDr;

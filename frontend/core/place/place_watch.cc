@@ -1,0 +1,44 @@
+#include "frontend/core/place/place_watch.h"
+
+namespace gw::frontend {
+
+void PlaceWatch::CompareViews(Utime utime, const FeatureFrame& frame,
+                              const std::optional<SE3>& T_OC, bool weak) {
+  other_view_ = weak && view_.Changed(utime, frame, T_OC);
+  view_.Remember(utime, frame, T_OC);
+}
+
+bool PlaceWatch::Contradicts(PlaceEvidence evidence) const {
+  evidence.other_view = other_view_;
+  return place_.Contradicts(evidence);
+}
+
+PlaceWatch::Verdict PlaceWatch::Observe(PlaceEvidence evidence, const FeatureFrame& frame,
+                                        bool known) {
+  evidence.other_view = other_view_;
+  Verdict verdict;
+  verdict.ask = place_.Observe(evidence);
+  verdict.sure = known && !place_.in_doubt();
+  const bool lost = !verdict.sure && evidence.map_there;
+  verdict.map_on = piece_start_.Observe(evidence.utime, !lost, frame, evidence.T_OC);
+  return verdict;
+}
+
+void PlaceWatch::Answer(const PlaceMatch& match, const SE3& T_OC, KeyframeId piece) {
+  if (const auto confirmed = place_.Take(match, T_OC)) {
+    confirmed_ = Confirmed{confirmed->T_WO, confirmed->cov_T_WC, piece};
+  }
+}
+
+void PlaceWatch::BeginPiece() {
+  place_ = PlaceConfirmation(doubts_);
+  piece_start_ = PieceStart(camera_);
+}
+
+void PlaceWatch::Restart() {
+  place_ = PlaceConfirmation(doubts_);
+  confirmed_.reset();
+  view_ = ViewChange(camera_);
+}
+
+}  // namespace gw::frontend

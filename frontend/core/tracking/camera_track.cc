@@ -1,0 +1,75 @@
+#include "frontend/core/tracking/camera_track.h"
+
+namespace gw::frontend {
+
+void CameraTrack::BeginFrame() {
+  uncertainty.Reset(Matrix6d::Identity() * 1e-12);
+}
+
+void CameraTrack::BeginPiece(LocalMap* map) {
+  map->Use(chain.next());
+  chain.Break();
+  uncertainty = PoseUncertainty();
+  BeginFrame();
+  points.clear();
+}
+
+void CameraTrack::Take(const FoundPose& found, const FeatureFrame& frame) {
+  uncertainty.Update(found.estimate.vision_information, found.estimate.prior_information);
+  T_WC = found.estimate.T_WC;
+  reference = found.reference;
+  points.clear();
+  for (size_t i = 0; i < found.landmarks.size(); ++i) {
+    if (!found.landmarks[i].valid()) continue;
+    points.push_back({found.landmarks[i], frame.descriptors[i], frame.features[i].level});
+  }
+}
+
+void CameraTrack::Rewind(Utime since, MotionModel* motion) {
+  const auto T_OC = motion->OdometryPose(utime);
+  const auto then = anchors.From(since);
+  if (!T_OC || !then) return;
+  const SE3 T_WC_by_dr = then->T_WO * *T_OC;
+  uncertainty.Shift((T_WC.inverse() * T_WC_by_dr).Log());
+  T_WC = T_WC_by_dr;
+  motion->ObserveNothing();
+  // Dead reckoning leads from the true pose of the last keyframe, which it does not have.
+  chain.Break();
+}
+
+void CameraTrack::RememberAnchor(const MotionModel& motion) {
+  if (const auto T_OC = motion.OdometryPose(utime)) {
+    anchors.Remember(utime, T_WC * T_OC->inverse());
+  } else {
+    anchors.Clear();
+  }
+}
+
+CameraTrack::Correction CameraTrack::FollowReference(const SE3& T_WK_before,
+                                                     const MapUpdate& update, LocalMap* map) {
+  Correction correction;
+  const SE3 T_WC_before = T_WC;
+  SE3 T_KC = T_WK_before.inverse() * T_WC;
+  for (const KeyframeRemoval& removal : update.removed_keyframes) {
+    if (removal.id == reference) {
+      reference = removal.parent;
+      T_KC = removal.T_ParentC * T_KC;
+    }
+  }
+  if (const auto T_WK = map->KeyframePose(reference)) T_WC = *T_WK * T_KC;
+  if (const auto piece = map->PieceOf(reference); piece && *piece != map->piece()) {
+    // Its frame is another one now, in which the pose is as sure as it was in the piece.
+    map->Use(*piece);
+    correction.joined = true;
+    const Matrix6d cov = uncertainty.cov();
+    uncertainty = PoseUncertainty();
+    uncertainty.Reset(cov);
+  } else {
+    uncertainty.Shift((T_WC_before.inverse() * T_WC).Log());
+  }
+  correction.T = T_WC * T_WC_before.inverse();
+  anchors.Move(correction.T);
+  return correction;
+}
+
+}  // namespace gw::frontend

@@ -1,0 +1,97 @@
+#include "frontend/core/tracking/camera_track.h"
+
+#include <gtest/gtest.h>
+
+#include "frontend/core/features/test_camera.h"
+
+namespace gw::frontend {
+namespace {
+
+SE3 Pose(double x, double yaw = 0) {
+  return SE3(ExpSO3({0, 0, yaw}), {x, 0, 0});
+}
+
+// A map of two keyframes, 1 of the map itself and 5 of a piece of its own, and a camera 0.5 m
+// before the reference.
+class CameraTrackTest : public testing::Test {
+ protected:
+  CameraTrackTest() : track_(FrontendConfig{}), map_(TestCamera(6), Pyramid(1.2, 8)) {
+    MapUpdate update;
+    update.revision = 1;
+    update.snapshot = true;
+    update.keyframes = {{KeyframeId{1}, Utime{1}, Pose(1), {}},
+                        {KeyframeId{5}, Utime{5}, Pose(7), KeyframeId{5}}};
+    EXPECT_TRUE(map_.Apply(update));
+    track_.uncertainty.Reset(Matrix6d::Identity() * 0.04);
+  }
+
+  void Express(int64_t reference) {
+    track_.reference = KeyframeId{reference};
+    track_.T_WC = *map_.KeyframePose(track_.reference) * Pose(0.5);
+    map_.Use(*map_.PieceOf(track_.reference));
+  }
+
+  CameraTrack::Correction Follow(MapUpdate update) {
+    const SE3 T_WK_before = *map_.KeyframePose(track_.reference);
+    update.base_revision = map_.revision();
+    update.revision = update.base_revision + 1;
+    EXPECT_TRUE(map_.Apply(update));
+    return track_.FollowReference(T_WK_before, update, &map_);
+  }
+
+  CameraTrack track_;
+  LocalMap map_;
+};
+
+void ExpectPoseNear(const SE3& expected, const SE3& actual) {
+  EXPECT_LT((expected.inverse() * actual).Log().norm(), 1e-9);
+}
+
+TEST_F(CameraTrackTest, ThePoseGoesWithItsKeyframe) {
+  Express(1);
+  track_.anchors.Remember(Utime{1}, Pose(0));
+  MapUpdate update;
+  update.keyframes = {{KeyframeId{1}, Utime{1}, Pose(2, 0.3), {}}};
+  const SE3 before = track_.T_WC;
+  const auto correction = Follow(update);
+  EXPECT_FALSE(correction.joined);
+  ExpectPoseNear(Pose(2, 0.3) * Pose(0.5), track_.T_WC);
+  ExpectPoseNear(correction.T * before, track_.T_WC);
+  ExpectPoseNear(correction.T, track_.anchors.From(Utime{1})->T_WO);
+}
+
+TEST_F(CameraTrackTest, AKeyframeThatIsGoneIsReplacedByItsParent) {
+  Express(5);
+  MapUpdate update;
+  update.keyframes = {{KeyframeId{1}, Utime{1}, Pose(1), KeyframeId{5}}};
+  update.removed_keyframes = {{KeyframeId{5}, KeyframeId{1}, Pose(3)}};
+  Follow(update);
+  EXPECT_EQ(track_.reference, KeyframeId{1});
+  ExpectPoseNear(Pose(1) * Pose(3) * Pose(0.5), track_.T_WC);
+}
+
+TEST_F(CameraTrackTest, ThePoseGoesWithItsPieceIntoTheMap) {
+  Express(5);
+  MapUpdate update;
+  update.keyframes = {{KeyframeId{5}, Utime{5}, Pose(2, 1), {}}};
+  EXPECT_TRUE(Follow(update).joined);
+  EXPECT_FALSE(map_.piece().valid());
+  ExpectPoseNear(Pose(2, 1) * Pose(0.5), track_.T_WC);
+  // As sure as before: the step is no error of the pose.
+  EXPECT_EQ(track_.uncertainty.cov(), Matrix6d::Identity() * 0.04);
+}
+
+TEST_F(CameraTrackTest, APieceBeginsWhereTheCameraIs) {
+  Express(1);
+  track_.points.push_back({LandmarkId::From(KeyframeId{1}, 0), {}, 0});
+  track_.chain.Skip(KeyframeId{5});
+  const SE3 before = track_.T_WC;
+  track_.BeginPiece(&map_);
+  EXPECT_EQ(map_.piece(), KeyframeId{6});
+  EXPECT_TRUE(track_.points.empty());
+  EXPECT_LT(track_.uncertainty.cov().trace(), 1e-9);
+  ExpectPoseNear(before, track_.T_WC);
+}
+
+}  // namespace
+}  // namespace gw::frontend

@@ -47,9 +47,9 @@ export class Charts {
         legend: {live: true},
         scales: {x: {time: false}, y: chart.log ? {distr: 3} : chart.range ? {range: chart.range} : {range: (u, low, high) => [0, Math.max(high ?? 0, 1e-3) * 1.1]}},
         axes: [{...axis, size: 28, values: (u, ticks) => ticks.map((t) => `${t} s`)}, chart.log ? powers : axis],
-        series: [{label: 'at', value: (u, v) => (v === null ? '' : `${v.toFixed(1)} s`)},
+        series: [{label: 'at', value: (u, v) => (v == null ? '' : `${v.toFixed(1)} s`)},
           ...chart.lines.map((line) => ({label: line.label, stroke: color(line.color), width: 1.5, points: {show: false},
-            value: (u, v) => (v === null || v === undefined ? '-' : v.toPrecision(3))}))],
+            value: (u, v) => (v == null ? '-' : v.toPrecision(3))}))],
         hooks: {drawClear: [(u) => this.shade(u)], setCursor: [(u) => this.cursor(u)],
           setSelect: [() => { this.zoomed = true; }]},
       }, [[], ...chart.lines.map(() => [])], box);

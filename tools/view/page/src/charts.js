@@ -72,7 +72,9 @@ export class Charts {
     for (let i = 1; i <= rows.length; ++i) {
       if (i < rows.length && rows[i].status === rows[from].status) continue;
       if (rows[from].status !== 'tracking') {
-        const x0 = u.valToPos(rows[from].t, 'x', true), x1 = u.valToPos(rows[Math.min(i, rows.length - 1)].t, 'x', true);
+        // Images stopped after the row before.
+        const begin = rows[from].status === 'no_images' ? Math.max(from - 1, 0) : from;
+        const x0 = u.valToPos(rows[begin].t, 'x', true), x1 = u.valToPos(rows[Math.min(i, rows.length - 1)].t, 'x', true);
         context.fillStyle = `${statusOf(rows[from].status).color}33`;
         context.fillRect(x0, u.bbox.top, Math.max(x1 - x0, 1), u.bbox.height);
       }

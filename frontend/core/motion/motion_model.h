@@ -2,6 +2,7 @@
 // velocity where there is none.
 #pragma once
 
+#include <deque>
 #include <optional>
 
 #include "common/camera/camera_model.h"
@@ -76,6 +77,8 @@ class MotionModel {
   void Observe(const Seen& seen, const Motion& expected);
   // Vision measured nothing.
   void ObserveNothing();
+  // Since then vision was held by what is not the world: what it has taught of DR is void.
+  void Unlearn(Utime since);
   // The clock of the images was set: what was measured before has no time any more. DR follows its
   // own clock.
   void Restart();
@@ -83,10 +86,12 @@ class MotionModel {
   void MapMoved(const SE3& T_correction);
 
   // False while healthy vision contradicts DR.
-  bool dr_trusted() const { return trust_.trusted() || !dr_weight_.Departs(Departure::kTrust); }
+  bool dr_trusted() const {
+    return learnt_.trust.trusted() || !dr_weight_.Departs(Departure::kTrust);
+  }
   // While it does: the constant that explains it, if one does.
   DrConstantFault dr_fault() const {
-    return dr_trusted() ? DrConstantFault{} : disagreement_.Explain();
+    return dr_trusted() ? DrConstantFault{} : learnt_.disagreement.Explain();
   }
 
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
@@ -99,7 +104,6 @@ class MotionModel {
   DrWeightConfig dr_weight_;
   DrHistory dr_;
   bool calibrate_dr_;
-  DrCalibration calibration_;
   Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s
   Utime observed_;                        // until here
 
@@ -121,8 +125,18 @@ class MotionModel {
     Matrix6d cov;
   };
   std::optional<Window> window_;
-  DrTrust trust_;
-  DrDisagreement disagreement_;
+
+  // What vision has taught of DR, until an image.
+  struct Lessons {
+    Utime until;
+    DrCalibration calibration;
+    DrTrust trust;
+    DrDisagreement disagreement;
+  };
+  Lessons learnt_;
+  std::deque<Lessons> learnt_before_;  // as it was before each window of the last kMemory
+  // The longest that vision may have been held by something else.
+  static constexpr DurationUs kMemory = Milliseconds(5000);
 };
 
 }  // namespace gw::frontend

@@ -72,10 +72,10 @@ def end(*processes):
 
 
 class View:
-    """gw-view with clients, and what it takes from `begin` on."""
+    """gw-view with clients, as nice as its service (deploy/systemd/gw-view.service); what it takes from `begin` on."""
 
     def __init__(self, bin_dir, config):
-        self.process = start(f"{bin_dir}/gw-view", "--config", config, "--lcm-url", URL, "--listen", "127.0.0.1:0")
+        self.process = start("nice", "-n", "15", f"{bin_dir}/gw-view", "--config", config, "--lcm-url", URL, "--listen", "127.0.0.1:0")
         self.port = int(self.process.stdout.readline().rsplit(":", 1)[1].strip().strip("/"))
         self.clients = []
 

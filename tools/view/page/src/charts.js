@@ -9,9 +9,9 @@ const STEP_S = 0.5;  // of rows without an image
 
 // One chart: title, unit, whether logarithmic, and its lines.
 const CHARTS = [
-  {title: 'quality of vision, share of dead reckoning', range: [0, 1], lines: [
+  {title: 'quality of vision, DR share', range: [0, 1], lines: [
     {key: 'q', label: 'Q', color: '--c1'}, {key: 'dr', label: 'DR share', color: '--c2'}]},
-  {title: 'alpha: scale of the DR information', log: true, lines: [
+  {title: 'alpha, weight of DR', log: true, lines: [
     {key: 'alpha', label: 'turn', color: '--c1'}, {key: 'alphaWay', label: 'way', color: '--c3'}]},
   {title: 'error and stated sigma, m', lines: [
     {key: 'error', label: 'error', color: '--c4'}, {key: 'sigma', label: '1 sigma', color: '--c5'}]},

@@ -32,6 +32,7 @@ constexpr int kTiltsApart = 3;
 // No base's track is wrong by more than a factor of 4; degrees are a factor of 57.
 constexpr double kDegreesRatio = 10;
 constexpr double kLeastTurn = 0.1;  // rad
+constexpr int kOppositeTurns = 3;
 constexpr int kFrozenValues = 50;
 
 double SecondsBetween(Utime a, Utime b) {
@@ -186,6 +187,12 @@ void ImuCheck::JudgeTurn(const WheelSample& sample) {
   }
   if (same_values_ >= kFrozenValues && gg_ < 0.01 * ww_) Refuse(DrDiagnosis::kGyroFrozen);
   if (wg_ > ww_ / kMostYawScale && wg_ < ww_ * kMostYawScale) contradicts_wheels_ = false;
+  const bool opposite = -wg_ > ww_ / kMostYawScale && -wg_ < ww_ * kMostYawScale;
+  opposite_turns_ = opposite && wg_ * wg_ > 0.5 * ww_ * gg_ ? opposite_turns_ + 1 : 0;
+  if (opposite_turns_ == kOppositeTurns) {
+    wheels_turn_backwards_ = !wheels_turn_backwards_;
+    Report(DrDiagnosis::kWheelsTurnBackwards);
+  }
   // Each turn by itself.
   ww_ = wg_ = gg_ = wheel_way_ = 0;
 }

@@ -31,6 +31,9 @@ class ImuCheck {
   // by hand, or the gyro is wrong. Which of the two, what follows tells: until wheels and gyro have
   // been seen to agree, neither is a witness of motion.
   bool contradicts_wheels() const { return usable_ && contradicts_wheels_; }
+  // The wheels turn the other way than the gyro, turn after turn: left and right are exchanged, or
+  // both count backwards. Samples to be given to Take() then have their turn the right way round.
+  bool wheels_turn_backwards() const { return wheels_turn_backwards_; }
   // What was found since the last call, each once.
   std::vector<DrDiagnosis> Found();
 
@@ -50,6 +53,7 @@ class ImuCheck {
   ImuCalibration imu_;
   bool usable_ = true;
   bool contradicts_wheels_ = false;
+  bool wheels_turn_backwards_ = false;
   std::vector<DrDiagnosis> found_;
   std::vector<DrDiagnosis> reported_;
 
@@ -80,6 +84,7 @@ class ImuCheck {
   // Sums over wheel intervals in which something turned.
   double ww_ = 0, wg_ = 0, gg_ = 0;
   double wheel_way_ = 0;
+  int opposite_turns_ = 0;  // in a row
 };
 
 }  // namespace gw::dr_ekf

@@ -294,6 +294,16 @@ TEST(DrDiagnosis, ABiasBeyondTheDataSheetIsNamedAndTakenOut) {
   EXPECT_LT(ErrorSinceReset(r, out), 1.5 * error + 0.1);
 }
 
+TEST(DrDiagnosis, WheelsThatTurnTheOtherWayAreTurnedRound) {
+  const Recording r = TurnsAndStops();
+  const Outcome good = Drive(r.calibration, r.samples);
+  const Outcome out = DriveWith(
+      r, [](ImuSample&) {}, [](WheelSample& s) { s.dy_m = -s.dy_m, s.dyaw_rad = -s.dyaw_rad; });
+  EXPECT_TRUE(out.Found(DrDiagnosis::kWheelsTurnBackwards));
+  EXPECT_LT(ErrorSinceReset(r, out), 1.5 * ErrorSinceReset(r, good) + 0.1);
+  EXPECT_NEAR(out.states.back().gyro_bias_rad_s.z(), good.states.back().gyro_bias_rad_s.z(), 2e-3);
+}
+
 // ---- The track --------------------------------------------------------------------------------
 
 TEST(DrTrack, AWrongTrackIsEstimatedAndIsNeitherSlipNorBias) {

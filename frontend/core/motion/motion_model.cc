@@ -30,6 +30,22 @@ SE3 MotionModel::FirstPose(Utime utime) const {
   return T_WB * T_BC_;
 }
 
+bool MotionModel::Push(const DrState& told) {
+  // Dead reckoning that began anew goes on from where it says.
+  const bool goes_on = !dr_.empty() && told.reset_counter == told_.reset_counter;
+  const bool pushed = learnt_.constant && goes_on
+                          ? dr_.Push(learnt_.constant->Follow(dr_.newest(), told_, told))
+                          : dr_.Push(told);
+  if (pushed) told_ = told;
+  return pushed;
+}
+
+DrConstantFault MotionModel::dr_fault() const {
+  DrConstant constant = learnt_.constant.value_or(DrConstant());
+  if (!dr_trusted()) constant.Compose(learnt_.disagreement.Explain());
+  return constant.fault();
+}
+
 std::optional<MotionModel::Calibrated> MotionModel::DrBetween(Utime a, Utime b) const {
   DrNoise noise;
   const auto told = dr_.Increment(a, b, kMaxExtrapolation, &noise);
@@ -138,10 +154,13 @@ void MotionModel::ObserveNothing() {
 
 void MotionModel::Unlearn(Utime since) {
   ObserveNothing();
+  const bool corrected = learnt_.constant.has_value();
   while (!learnt_before_.empty() && learnt_.until > since) {
     learnt_ = std::move(learnt_before_.back());
     learnt_before_.pop_back();
   }
+  // Dead reckoning goes on from where it is, not from where it would be as told.
+  if (corrected && !learnt_.constant) learnt_.constant.emplace();
 }
 
 void MotionModel::Restart() {
@@ -178,6 +197,17 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   learnt_.until = seen.b;
   learnt_.trust.Judge(evidence);
   learnt_.disagreement.Add(evidence.T_dr, evidence.T_vision);
+  if (!dr_trusted()) TakeOutConstant();
+}
+
+// Dead reckoning without the constant by which it is wrong is one of which nothing is known yet.
+void MotionModel::TakeOutConstant() {
+  const DrConstantFault fault = learnt_.disagreement.Explain();
+  if (fault.empty()) return;
+  DrConstant constant = learnt_.constant.value_or(DrConstant());
+  constant.Compose(fault);
+  learnt_ = {learnt_.until, DrCalibration(), DrTrust(), DrDisagreement(), constant};
+  window_.reset();
 }
 
 }  // namespace gw::frontend

@@ -12,6 +12,7 @@
 #include "common/good_weights/dr_history.h"
 #include "frontend/core/features/fixed_in_image.h"
 #include "frontend/core/motion/dr_calibration.h"
+#include "frontend/core/motion/dr_constant.h"
 #include "frontend/core/motion/dr_disagreement.h"
 #include "frontend/core/motion/dr_trust.h"
 
@@ -36,7 +37,7 @@ class MotionModel {
         calibrate_dr_(config.calibrate_dr && dr_weight_.Departs(Departure::kCalibration)) {}
 
   // False: not newer than the state before, refused.
-  bool Push(const DrState& state) { return dr_.Push(state); }
+  bool Push(const DrState& state);
 
   // Pose of the first image: origin and heading of W are those of the body, roll and pitch are
   // absolute where DR knows gravity.
@@ -89,10 +90,9 @@ class MotionModel {
   bool dr_trusted() const {
     return learnt_.trust.trusted() || !dr_weight_.Departs(Departure::kTrust);
   }
-  // While it does: the constant that explains it, if one does.
-  DrConstantFault dr_fault() const {
-    return dr_trusted() ? DrConstantFault{} : learnt_.disagreement.Explain();
-  }
+  // The constant by which DR is wrong: the one that is taken out of it; or, while healthy vision
+  // contradicts it, the one that explains that.
+  DrConstantFault dr_fault() const;
 
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
 
@@ -102,7 +102,8 @@ class MotionModel {
   SE3 T_BC_;
   Variant variant_;
   DrWeightConfig dr_weight_;
-  DrHistory dr_;
+  DrState told_;  // the newest one, as told
+  DrHistory dr_;  // without the constant by which DR is wrong
   bool calibrate_dr_;
   Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s
   Utime observed_;                        // until here
@@ -115,6 +116,7 @@ class MotionModel {
   };
   std::optional<Calibrated> DrBetween(Utime a, Utime b) const;
   void CompareWithVision(const Seen& seen);
+  void TakeOutConstant();
   DrNoise Shown(const DrNoise& claimed) const;
   Matrix6d WeightCovariance(const Matrix6d& nominal, const Matrix6d& shown) const;
 
@@ -132,6 +134,7 @@ class MotionModel {
     DrCalibration calibration;
     DrTrust trust;
     DrDisagreement disagreement;
+    std::optional<DrConstant> constant;
   };
   Lessons learnt_;
   std::deque<Lessons> learnt_before_;  // as it was before each window of the last kMemory

@@ -52,6 +52,7 @@ Accused AccusedBy(dr_ekf::DrDiagnosis diagnosis) {
     case kHeadingStuck:
     case kWheelTurnStuck:
     case kTrackIsOther:
+    case kWheelsTurnBackwards:
     case kWheelsNotNumbers:
     case kWheelsTwice:
     case kWheelsJumped:
@@ -118,6 +119,9 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
       [&](const process::LogEvent& event) {
         now = event.received;
         session->Process(event);
+        if (event.channel == wire::kCamera && !session->dr_fault().empty()) {
+          Note("constant", now, Accused::kDr, &out.findings).in_health = true;
+        }
       });
   if (!done) return done.error();
   session->Finish();

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What half and double of every numeric constant of the cores do to the result of gw-slam.
 
-    sensitivity.py build --scratch DIR [--commit HEAD]
+    sensitivity.py build --scratch DIR [--commit HEAD] [--only REGEX]
     sensitivity.py run   --scratch DIR LOG[@T0:T1][+yaw][+dr]... [--only REGEX] [--seeds N] [--values V...]
     sensitivity.py table --scratch DIR [--all]
 
@@ -62,10 +62,10 @@ def copy_tree(scratch, commit):
     subprocess.run(["tar", "-x", "-C", original], input=archive.stdout, check=True)
 
 
-def write_instrumented(scratch, reverted):
+def write_instrumented(scratch, reverted, only):
     """scratch/tree: the copy, instrumented. Returns all constants."""
     original, constants = scratch / "original", []
-    changeable = set(instrument.sources(original, FOLDERS))
+    changeable = {p for p in instrument.sources(original, FOLDERS) if re.search(only, p)}
     for path in sorted(p for p in original.rglob("*") if p.is_file()):
         name, content = str(path.relative_to(original)), path.read_bytes()
         if name in changeable:
@@ -76,14 +76,14 @@ def write_instrumented(scratch, reverted):
     return constants
 
 
-def build(scratch, commit):
+def build(scratch, commit, only):
     tree, log = scratch / "tree", scratch / "build.log"
     copy_tree(scratch, commit)
     kept = scratch / "needed_by_the_compiler.txt"
     reverted = set(kept.read_text().split()) if kept.exists() else set()
-    constants = write_instrumented(scratch, reverted)
-    # Preset and layout of the repository itself, so that ccache knows what is unchanged. What is instrumented may warn.
-    subprocess.run(["cmake", "--preset", "dev", "-DGW_WERROR=OFF"], check=True, stdout=subprocess.DEVNULL, cwd=tree)
+    constants = write_instrumented(scratch, reverted, only)
+    # Preset, layout and flags of the repository itself, so that ccache knows what is unchanged.
+    subprocess.run(["cmake", "--preset", "dev"], check=True, stdout=subprocess.DEVNULL, cwd=tree)
     while True:
         done = subprocess.run(["cmake", "--build", "build/dev", "--target", "gw-slam",
                                "--", "-j2", "-k0"], capture_output=True, text=True, cwd=tree)
@@ -96,7 +96,7 @@ def build(scratch, commit):
         print(f"needed by the compiler: {', '.join(sorted(new))}", flush=True)
         reverted |= new
         kept.write_text("\n".join(sorted(reverted)))
-        constants = write_instrumented(scratch, reverted)
+        constants = write_instrumented(scratch, reverted, only)
     with open(scratch / "constants.csv", "w", newline="") as f:
         writer = csv.writer(f)
         writer.writerow(["constant", "line", "value", "left_as_it_is"])
@@ -160,7 +160,7 @@ def run_once(scratch, log, changes, seed):
     shutil.rmtree(out, ignore_errors=True)
     environment = dict(os.environ)
     environment["GW_OVERRIDE"] = ",".join(f"{constant}={direction}" for constant, direction in changes)
-    command = ["nice", "-n", "19", scratch / "tree/build/dev/bin/gw-slam", log.path, "--config", log.config, "--out", out]
+    command = ["nice", "-n", "8", scratch / "tree/build/dev/bin/gw-slam", log.path, "--config", log.config, "--out", out]
     command += ["--dr-only"] if log.dr_only else ["--seed", str(seed)]
     before = os.times()
     done = subprocess.run(command, capture_output=True, text=True, env=environment, preexec_fn=limit_cpu_time)
@@ -198,7 +198,7 @@ def read(path):
         return list(csv.DictReader(f))
 
 
-def groups(constants, only, values):
+def groups(constants, only, values=None):
     """Lists of (constant, direction): the constants of one file, all in their first or second direction; with
     values: each constant by itself, with each of them."""
     found = {}
@@ -242,7 +242,7 @@ def run_group(scratch, runs, log, group):
         runs.add(run_once(scratch, log, [change], 0))
 
 
-def run(scratch, logs, only, seeds, values):
+def run(scratch, logs, only, seeds, values=None):
     runs = Runs(scratch / "runs.csv")
     for log in logs:
         for seed in range(1 if log.dr_only else seeds):
@@ -320,6 +320,7 @@ def main():
         command.add_argument("--scratch", type=pathlib.Path, required=True)
         if name == "build":
             command.add_argument("--commit", default="HEAD")
+            command.add_argument("--only", default="", help="constants of files whose path matches; less is built")
         if name == "run":
             command.add_argument("logs", nargs="+")
             command.add_argument("--only", default="", help="constants whose path:name matches")
@@ -331,7 +332,7 @@ def main():
     scratch = arguments.scratch.resolve()
     scratch.mkdir(parents=True, exist_ok=True)
     if arguments.command == "build":
-        build(scratch, arguments.commit)
+        build(scratch, arguments.commit, arguments.only)
     elif arguments.command == "run":
         run(scratch, [Log(scratch, text) for text in arguments.logs], arguments.only,
             arguments.seeds, arguments.values)

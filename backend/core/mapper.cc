@@ -155,7 +155,9 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   if (usable.dr && !IsUsable(*usable.dr, usable.utime))
     ++counters_.dr_rejected;  // the map drops it
   usable.T_WC = CarriedPose(keyframe);
+  const auto before = std::ssize(map_.keyframes());
   map_.AddKeyframe(usable);
+  const int64_t withdrawn = before + 1 - std::ssize(map_.keyframes());
   loops_.File(usable);
   TakeObservations(usable);
   counters_.landmarks_culled += CullYoungLandmarks(map_, context_);
@@ -172,6 +174,10 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
     join = joiner_.Consider(map_, context_, loops_.places(), keyframe.id);
   }
   out.update = join ? Join(*join) : Commit();
+  if (withdrawn > 0) {
+    counters_.keyframes_withdrawn += withdrawn;
+    poses_moved_revision_ = loop_revision_ = out.update->revision;  // of jobs cut before
+  }
   ++counters_.keyframes_inserted;
   ++inserted_since_global_;
   out.status = InsertResult::Status::kInserted;

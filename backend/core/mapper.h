@@ -32,6 +32,7 @@ struct MapperCounters {
   int64_t keyframes_duplicate = 0;  // id not newer than the map's: a resend
   int64_t keyframes_rejected = 0;   // see InsertResult::reason
   int64_t keyframes_culled = 0;
+  int64_t keyframes_withdrawn = 0;  // by a later one: they did not show the world
   int64_t observations_accepted = 0;
   int64_t observations_unknown = 0;    // of landmarks that the map does not have (any more)
   int64_t observations_repeated = 0;   // the keyframe observes that landmark already

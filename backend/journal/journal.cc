@@ -95,13 +95,13 @@ Result<Done> Journal::Continue(const LoadedMap& loaded) {
 
 // A new generation with what could be read. The damaged files are set aside once it is safe.
 Result<Done> Journal::StartAnew(const LoadedMap& loaded, Utime now) {
-  const auto started = WriteGeneration(loaded.map);
+  auto started = WriteGeneration(loaded.map);
   if (!started) return started;
   for (const Keyframe& keyframe : loaded.pending) {
-    const auto appended = Append(keyframe, now);
+    auto appended = Append(keyframe, now);
     if (!appended) return appended;
   }
-  if (const auto synced = Sync(); !synced) return synced;
+  if (auto synced = Sync(); !synced) return synced;
   for (const std::string& path : loaded.damaged_files) {
     if (std::rename(path.c_str(), (path + ".damaged").c_str()) != 0) {
       return IoError("set aside", path);
@@ -144,7 +144,7 @@ size_t CheckpointBytes(const Map& map) {
 Result<Done> SaveMap(const std::string& directory, const LoadedMap& content) {
   Journal journal;
   journal.directory_ = directory;
-  if (const auto locked = journal.Lock(); !locked) return locked;
+  if (auto locked = journal.Lock(); !locked) return locked;
   if (!Generations(directory).empty()) {
     return Error{ErrorCode::kIo, "map: " + directory + " holds a map already; name another folder"};
   }
@@ -204,7 +204,7 @@ bool Journal::CheckpointDue() const {
 }
 
 Result<Done> Journal::Checkpoint(const Map& map) {
-  const auto written = WriteGeneration(map);
+  auto written = WriteGeneration(map);
   if (written) DropOldGenerations();
   return written;
 }

@@ -18,6 +18,7 @@ constexpr std::pair<const char*, int64_t MapperCounters::*> kMapperCounters[] = 
     {"KEYFRAME.duplicate", &MapperCounters::keyframes_duplicate},
     {"KEYFRAME.rejected", &MapperCounters::keyframes_rejected},
     {"map.keyframes_culled", &MapperCounters::keyframes_culled},
+    {"map.keyframes_withdrawn", &MapperCounters::keyframes_withdrawn},
     {"map.observations_accepted", &MapperCounters::observations_accepted},
     {"map.observations_unknown", &MapperCounters::observations_unknown},
     {"map.observations_repeated", &MapperCounters::observations_repeated},

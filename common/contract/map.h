@@ -46,6 +46,9 @@ struct Keyframe {
   // The piece of the map that it belongs to, named by the keyframe that began it; invalid: the map
   // itself. How two pieces lie to each other is not known (docs/adr/0047-pieces-of-a-map.md).
   KeyframeId piece;
+  // Vision was held by what is not the world: the keyframes of this piece between `previous` and
+  // this one leave the map, with what they mapped (docs/adr/0058-void-keyframes.md).
+  bool withdraws = false;
   std::optional<DrIncrement> dr;  // body motion from `previous` to this one, where DR covers it
   double q = 0;                   // quality of the frame it was made from
   int32_t num_tracked = 0;

@@ -30,6 +30,11 @@ void HealthReporter::SetState(HealthState state, std::string message) {
   health_.message = std::move(message);
 }
 
+void HealthReporter::CountUndecodable(const std::string& channel, const std::string& why) {
+  Count(channel + ".undecodable");
+  undecodable_ = "messages on " + channel + " are refused: " + why + "; check who sends them";
+}
+
 int64_t HealthReporter::counter(const std::string& name) const {
   const auto found = counters_.find(name);
   return found == counters_.end() ? 0 : found->second;
@@ -52,7 +57,13 @@ std::optional<Health> HealthReporter::ReportIfDue(Utime now) {
   health_.queue_peak = queue_peak_;
   latencies_us_.clear();
   queue_peak_ = 0;
-  return health_;
+  Health report = health_;
+  if (!undecodable_.empty()) {
+    if (report.state == HealthState::kOk) report.state = HealthState::kDegraded;
+    report.message += (report.message.empty() ? "" : "; ") + undecodable_;
+    undecodable_.clear();
+  }
+  return report;
 }
 
 }  // namespace gw::process

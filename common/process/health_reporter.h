@@ -19,6 +19,9 @@ class HealthReporter {
   void SetState(HealthState state, std::string message = "");
   // name: "camera.lost", "dr.rejected", ... A counter that is only named (n = 0) is shown as zero.
   void Count(const std::string& name, int64_t n = 1) { counters_[name] += n; }
+  // A message of the channel cannot be used: counted as CHANNEL.undecodable. The next report says
+  // why, and is kDegraded where the state was kOk.
+  void CountUndecodable(const std::string& channel, const std::string& why);
   // For a counter that is kept elsewhere.
   void SetCounter(const std::string& name, int64_t n) { counters_[name] = n; }
   int64_t counter(const std::string& name) const;
@@ -36,6 +39,7 @@ class HealthReporter {
  private:
   std::optional<Utime> last_report_;
   Health health_;
+  std::string undecodable_;  // since the last report, the newest
   std::map<std::string, int64_t> counters_;
   std::vector<int64_t> latencies_us_;
   int64_t queue_peak_ = 0;

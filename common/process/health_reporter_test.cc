@@ -70,5 +70,20 @@ TEST(HealthReporter, AFloodOfStepsTakesBoundedMemory) {
   EXPECT_EQ(reporter.ReportIfDue(Utime{0})->latency_p99_us, 1);
 }
 
+TEST(HealthReporter, SaysWhyMessagesAreRefusedWhileTheyAre) {
+  HealthReporter reporter("gw-test", "1", 0);
+  reporter.SetState(HealthState::kOk);
+  reporter.CountUndecodable("WHEEL", "wheel_t: dx_m: not finite");
+  auto report = reporter.ReportIfDue(Utime{1'000'000});
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->state, HealthState::kDegraded);
+  EXPECT_NE(report->message.find("WHEEL are refused: wheel_t: dx_m"), std::string::npos);
+  report = reporter.ReportIfDue(Utime{2'100'000});
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->state, HealthState::kOk);
+  EXPECT_EQ(report->message, "");
+  EXPECT_EQ(reporter.counter("WHEEL.undecodable"), 1);
+}
+
 }  // namespace
 }  // namespace gw::process

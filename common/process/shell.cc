@@ -88,9 +88,10 @@ Result<Done> Shell::ListenRaw(const std::string& channel, Bus::Handler handler) 
 }
 
 void Shell::CountUndecodable(const std::string& channel, const Error& error) {
-  health_.Count(channel + ".undecodable");
+  health_.CountUndecodable(channel, error.message);
   log_.Write(Now(), Severity::kWarning, channel + ".undecodable",
-             {{"what", error.message}, {"action", "check that all processes are of one version"}});
+             {{"what", error.message},
+              {"action", "check who sends it, and that all processes are of one version"}});
 }
 
 void Shell::Publish(const std::string& channel, std::span<const uint8_t> message) {

@@ -20,8 +20,8 @@ constexpr size_t kFeatureBytes = 61, kKeyframeUpdateBytes = 72, kKeyframeRemoval
                  kLandmarkUpdateBytes = 100, kObservationBytes = 12, kLandmarkMergeBytes = 16,
                  kLandmarkIdBytes = 8, kDrEdgeWeightBytes = 24, kLoopEventBytes = 73;
 
-// Fingerprints of the types before there were pieces of a map: logs and maps of then are read, with
-// everything in the map itself.
+// Fingerprints of the types before there were pieces of a map, and keyframes that withdraw others:
+// logs and maps of then are read, with everything in the map itself.
 constexpr int64_t kKeyframeBeforePieces = 0x3666777e63bcbaf8;
 constexpr auto kMapUpdateBeforePieces = static_cast<int64_t>(0xc60eb93846af94b6);
 
@@ -82,6 +82,7 @@ void KeyframeHead(A& a, typename A::template Of<Keyframe>& m) {
   Seq(a, "map_revision", m.map_revision);
   Id(a, "previous_keyframe_id", m.previous, false);
   PieceField(a, "piece_keyframe_id", m.piece);
+  if (!a.older()) a.Bool("withdraws", m.withdraws);
 }
 
 template <typename A>

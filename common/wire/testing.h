@@ -152,6 +152,7 @@ class RandomMessages {
     m.map_revision = Big();
     m.previous = Keyframe();
     m.piece = Bool() ? Keyframe() : KeyframeId{};
+    m.withdraws = Bool();
     m.dr.reset();
     if (Bool()) {
       DrIncrement& dr = m.dr.emplace();

@@ -190,7 +190,8 @@ TEST(WireRules, TextsEndWithTheirOnlyNul) {
   EXPECT_EQ(Decode<Note>(Encode(with_nul))->key, "a");  // LCM's strings cannot carry it
 }
 
-// As it was before there were pieces of a map: the same but for the fields of pieces.
+// As it was before there were pieces of a map: the same but for the fields of pieces, and of a
+// keyframe that withdraws others.
 TEST(WireRules, MessagesOfBeforeThereWerePiecesAreRead) {
   constexpr size_t kPieceOfKeyframe = 8 + 8 + 24 + 8 + 56 + 288 + 8 + 8;  // bytes before it
   const auto with_fingerprint = [](uint64_t fingerprint, Bytes message) {
@@ -200,14 +201,15 @@ TEST(WireRules, MessagesOfBeforeThereWerePiecesAreRead) {
   Keyframe keyframe;
   do {
     keyframe = RandomMessages(static_cast<uint64_t>(keyframe.id.value) + 1).Make<Keyframe>();
-  } while (!keyframe.piece.valid());
+  } while (!keyframe.piece.valid() || !keyframe.withdraws);
   Bytes old = with_fingerprint(0x3666777e63bcbaf8, Encode(keyframe));
   EXPECT_FALSE(Decode<Keyframe>(old).ok());  // too long
-  old.erase(old.begin() + kPieceOfKeyframe, old.begin() + kPieceOfKeyframe + 8);
+  old.erase(old.begin() + kPieceOfKeyframe, old.begin() + kPieceOfKeyframe + 9);
   const auto decoded = Decode<Keyframe>(old);
   ASSERT_TRUE(decoded.ok());
   EXPECT_FALSE(decoded->piece.valid());
   keyframe.piece = {};
+  keyframe.withdraws = false;
   EXPECT_EQ(Encode(*decoded), Encode(keyframe));
 
   MapUpdate update;

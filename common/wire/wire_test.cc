@@ -202,6 +202,7 @@ void ExpectSame(const gw_lcm::keyframe_t& g, const Keyframe& m) {
   EXPECT_EQ(g.map_revision, m.map_revision);
   EXPECT_EQ(g.previous_keyframe_id, m.previous.value);
   EXPECT_EQ(g.piece_keyframe_id, m.piece.value);
+  EXPECT_EQ(g.withdraws, m.withdraws);
   EXPECT_EQ(g.has_dr, m.dr.has_value());
   if (m.dr) {
     EXPECT_EQ(g.dr.utime_begin, m.dr->utime_begin.us);

@@ -25,6 +25,7 @@ enum class DrDiagnosis {
   kHeadingStuck,
   kWheelTurnStuck,
   kTrackIsOther,
+  kWheelsTurnBackwards,
   kParted,
 };
 
@@ -77,6 +78,9 @@ constexpr std::string_view Text(DrDiagnosis diagnosis) {
     case DrDiagnosis::kTrackIsOther:
       return "the base turns by another factor than its track says (skid steer, wrong track): "
              "estimated";
+    case DrDiagnosis::kWheelsTurnBackwards:
+      return "the wheels turn the other way than the gyro: their turn is reversed; check whether "
+             "left and right are exchanged, or count backwards, and the IMU's axes";
     case DrDiagnosis::kParted:
       return "filter and wheels parted without slip: what contradicts the wheels is estimated anew";
   }
@@ -124,6 +128,8 @@ constexpr std::string_view Name(DrDiagnosis diagnosis) {
       return "wheel_turn_stuck";
     case DrDiagnosis::kTrackIsOther:
       return "track_is_other";
+    case DrDiagnosis::kWheelsTurnBackwards:
+      return "wheels_turn_backwards";
     case DrDiagnosis::kParted:
       return "parted";
   }

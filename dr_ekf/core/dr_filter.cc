@@ -108,6 +108,15 @@ void DrFilter::GoOnWithoutImu(Utime utime) {
   RestartFrom(model_.RestartedWithoutImu(history_.back().after, T_OB, utime), utime);
 }
 
+void DrFilter::CheckTurn(WheelSample* sample) {
+  const bool reversed = imu_check_.wheels_turn_backwards();
+  if (reversed) sample->dyaw_rad = -sample->dyaw_rad;
+  imu_check_.Take(*sample);
+  if (imu_check_.wheels_turn_backwards() == reversed) return;
+  sample->dyaw_rad = -sample->dyaw_rad;
+  chain_.Clear();
+}
+
 void DrFilter::RestartFrom(FilterState state, Utime utime) {
   ++counters_.resets;
   Entry base{{utime - DurationUs{1}, WheelBegin{}}, std::move(state)};
@@ -211,7 +220,7 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
   const DurationUs offset = DurationFromSeconds(calibration_.wheel.time_offset_s);
   sample.utime = sample.utime - offset;
   sample.utime_begin = sample.utime_begin - offset;
-  imu_check_.Take(sample);
+  CheckTurn(&sample);
   const WheelChain::Link link = chain_.Add(sample);
   if (link.fate == WheelChain::Fate::kAbsurd) {
     ++counters_.rejected_absurd;
@@ -304,6 +313,7 @@ DrFilter::Output DrFilter::Finish(bool publish) {
     while (history_.size() > 2 && history_[1].event.utime < oldest) history_.pop_front();
 
     DrState state = model_.Publish(history_.back().after);
+    state.slip = state.slip || imu_check_.contradicts_wheels();
     const bool newer = !last_published_ || state.utime > last_published_->utime ||
                        state.reset_counter != last_published_->reset_counter;
     // The fastest live input sets the rate: wheels speak only where the IMU leaves a gap.

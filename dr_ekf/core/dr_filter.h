@@ -98,6 +98,8 @@ class DrFilter {
   bool CheckTime(Utime begin, Utime utime, std::optional<Utime>& suspect);
   void Restart(Utime utime);
   void GoOnWithoutImu(Utime utime);
+  // Gives the wheels' sample to the check of the IMU, its turn the right way round.
+  void CheckTurn(WheelSample* sample);
   void RestartFrom(FilterState state, Utime utime);
   // A sample older than the history. True: so are all for half a second of their own time, and the
   // filter began anew at `begin`.

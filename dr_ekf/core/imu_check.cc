@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/se3.h"
 #include "dr_ekf/core/noise_model.h"
 
 namespace gw::dr_ekf {
@@ -22,9 +23,16 @@ constexpr int kApartSamples = 10;
 // the same offset reads 57 times as large.
 constexpr double kMostRestRate = 0.2;  // rad/s
 constexpr double kRestFor = 1.0;       // s
+constexpr double kDoubtFor = 0.3;      // s: wheels that hardly begin to turn stand for as long
+// "Up" by the gyro and by the accelerometer, in one window and the next: what motion makes of it is
+// 1.5 m/s^2 in the mean of half a second, and not three times in a row.
+constexpr double kTiltWindow = 0.5;  // s
+constexpr double kTiltApart = 0.15;  // rad
+constexpr int kTiltsApart = 3;
 // No base's track is wrong by more than a factor of 4; degrees are a factor of 57.
 constexpr double kDegreesRatio = 10;
 constexpr double kLeastTurn = 0.1;  // rad
+constexpr int kOppositeTurns = 3;
 constexpr int kFrozenValues = 50;
 
 double SecondsBetween(Utime a, Utime b) {
@@ -111,14 +119,31 @@ std::optional<ImuSample> ImuCheck::Take(const ImuSample& sample) {
   }
   if (last_imu_ && sample.utime > *last_imu_) {
     const double dt = std::min((sample.utime - *last_imu_).seconds(), 0.1);
-    gyro_turn_ += (imu_.T_BI.rotation() * sample.w_I_rad_s).z() * dt;
+    gyro_turn_ += imu_.T_BI.rotation() * sample.w_I_rad_s * dt;
     gyro_s_ += dt;
+    if (out.has_accel) JudgeTilt(sample, dt);
   }
   last_imu_ = sample.utime;
   ++apart_imu_;
   JudgeClock();
   if (!usable_) return std::nullopt;
   return out;
+}
+
+// What stands still in the world turns against the sensor by the gyro's rates.
+void ImuCheck::JudgeTilt(const ImuSample& sample, double dt) {
+  const Eigen::Quaterniond back = ExpSO3(-sample.w_I_rad_s * dt);
+  up_ = back * up_ + sample.a_I_m_s2.normalized() * dt;
+  up_before_ = back * up_before_;
+  tilt_s_ += dt;
+  if (tilt_s_ < kTiltWindow) return;
+  const Eigen::Vector3d apart = up_before_.cross(up_);
+  const bool one =
+      up_before_.isZero() || std::atan2(apart.norm(), up_before_.dot(up_)) < kTiltApart;
+  tilts_apart_ = one ? 0 : tilts_apart_ + 1;
+  if (tilts_apart_ >= kTiltsApart) Refuse(DrDiagnosis::kGyroInDegrees);
+  up_before_ = std::exchange(up_, Eigen::Vector3d::Zero());
+  tilt_s_ = 0;
 }
 
 void ImuCheck::Take(const WheelSample& sample) {
@@ -130,34 +155,44 @@ void ImuCheck::Take(const WheelSample& sample) {
     JudgeRest(sample);
     JudgeTurn(sample);
   }
-  gyro_turn_ = gyro_s_ = 0;
+  gyro_turn_.setZero();
+  gyro_s_ = 0;
 }
 
 void ImuCheck::JudgeRest(const WheelSample& sample) {
   if (sample.dx_m != 0 || sample.dyaw_rad != 0 || sample.contact.wheel_drop) {
-    rest_turn_ = rest_s_ = 0;
+    rest_turn_.setZero();
+    rest_s_ = 0;
     return;
   }
   rest_turn_ += gyro_turn_;
   rest_s_ += gyro_s_;
   // A robot that is carried or stands on a turntable turns back or stops; a full turn and more at
   // one rate is an offset.
-  if (rest_s_ > kRestFor && std::abs(rest_turn_) > kMostRestRate * rest_s_ &&
-      std::abs(rest_turn_) > 2 * M_PI) {
+  const double turn = std::abs(rest_turn_.z());
+  if (rest_s_ > kDoubtFor) contradicts_wheels_ = rest_turn_.norm() > kMostRestRate * rest_s_;
+  if (rest_s_ > kRestFor && turn > kMostRestRate * rest_s_ && turn > 2 * M_PI) {
     Refuse(DrDiagnosis::kGyroInDegrees);
   }
 }
 
 void ImuCheck::JudgeTurn(const WheelSample& sample) {
   ww_ += sample.dyaw_rad * sample.dyaw_rad;
-  wg_ += sample.dyaw_rad * gyro_turn_;
-  gg_ += gyro_turn_ * gyro_turn_;
+  wg_ += sample.dyaw_rad * gyro_turn_.z();
+  gg_ += gyro_turn_.z() * gyro_turn_.z();
   wheel_way_ += std::abs(sample.dyaw_rad);
   if (wheel_way_ < kLeastTurn) return;
   if (std::abs(wg_) > kDegreesRatio * ww_ && wg_ * wg_ > 0.5 * ww_ * gg_) {
     Refuse(DrDiagnosis::kGyroInDegrees);
   }
   if (same_values_ >= kFrozenValues && gg_ < 0.01 * ww_) Refuse(DrDiagnosis::kGyroFrozen);
+  if (wg_ > ww_ / kMostYawScale && wg_ < ww_ * kMostYawScale) contradicts_wheels_ = false;
+  const bool opposite = -wg_ > ww_ / kMostYawScale && -wg_ < ww_ * kMostYawScale;
+  opposite_turns_ = opposite && wg_ * wg_ > 0.5 * ww_ * gg_ ? opposite_turns_ + 1 : 0;
+  if (opposite_turns_ == kOppositeTurns) {
+    wheels_turn_backwards_ = !wheels_turn_backwards_;
+    Report(DrDiagnosis::kWheelsTurnBackwards);
+  }
   // Each turn by itself.
   ww_ = wg_ = gg_ = wheel_way_ = 0;
 }

@@ -27,6 +27,13 @@ class ImuCheck {
 
   // False: the stream was found to be useless, for good.
   bool usable() const { return usable_; }
+  // The wheels stood while the gyro turned faster than the offset of any gyro: the robot is turned
+  // by hand, or the gyro is wrong. Which of the two, what follows tells: until wheels and gyro have
+  // been seen to agree, neither is a witness of motion.
+  bool contradicts_wheels() const { return usable_ && contradicts_wheels_; }
+  // The wheels turn the other way than the gyro, turn after turn: left and right are exchanged, or
+  // both count backwards. Samples to be given to Take() then have their turn the right way round.
+  bool wheels_turn_backwards() const { return wheels_turn_backwards_; }
   // What was found since the last call, each once.
   std::vector<DrDiagnosis> Found();
 
@@ -36,6 +43,7 @@ class ImuCheck {
 
   void JudgeUnit(const ImuSample& sample);
   void JudgeStamps(const ImuSample& sample);
+  void JudgeTilt(const ImuSample& sample, double dt);
   void JudgeClock();
   void JudgeRest(const WheelSample& sample);
   void JudgeTurn(const WheelSample& sample);
@@ -44,6 +52,8 @@ class ImuCheck {
 
   ImuCalibration imu_;
   bool usable_ = true;
+  bool contradicts_wheels_ = false;
+  bool wheels_turn_backwards_ = false;
   std::vector<DrDiagnosis> found_;
   std::vector<DrDiagnosis> reported_;
 
@@ -60,12 +70,21 @@ class ImuCheck {
   int apart_imu_ = 0, apart_wheels_ = 0;
   std::optional<Utime> apart_since_imu_, apart_since_wheel_;
 
-  double rest_turn_ = 0, rest_s_ = 0;  // of the gyro under still wheels
-  double gyro_turn_ = 0;               // rad, about z of B, since the wheels' sample before
+  // Of the gyro under still wheels, and since the wheels' sample before; rad, axes of B.
+  Eigen::Vector3d rest_turn_ = Eigen::Vector3d::Zero();
+  double rest_s_ = 0;
+  Eigen::Vector3d gyro_turn_ = Eigen::Vector3d::Zero();
   double gyro_s_ = 0;
+
+  // "Up" in two windows of kTiltWindow in a row, both as the accelerometer measured it and carried
+  // to the end of its window by the gyro; axes of I.
+  Eigen::Vector3d up_ = Eigen::Vector3d::Zero(), up_before_ = Eigen::Vector3d::Zero();
+  double tilt_s_ = 0;
+  int tilts_apart_ = 0;  // windows in a row
   // Sums over wheel intervals in which something turned.
   double ww_ = 0, wg_ = 0, gg_ = 0;
   double wheel_way_ = 0;
+  int opposite_turns_ = 0;  // in a row
 };
 
 }  // namespace gw::dr_ekf

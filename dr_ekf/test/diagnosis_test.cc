@@ -113,6 +113,36 @@ TEST(DrDiagnosis, AGyroInDegreesIsNotUsed) {
   EXPECT_LT(ErrorSinceReset(r, out), 1.5 * WheelsAloneError() + 0.1);
 }
 
+// Long before a full turn: "up" by the gyro is not that of the accelerometer.
+TEST(DrDiagnosis, AGyroInDegreesIsFoundAtTheFirstStandstillAndNotBelievedBefore) {
+  const Recording r = TurnsAndStops();
+  DrFilter filter = std::move(DrFilter::Create({}, r.calibration)).value();
+  std::optional<double> found_s;
+  double believed = 0;  // rad, that the filter claims to have turned and nobody doubts
+  SE3 before;
+  for (Sample sample : r.samples) {
+    if (found_s) break;
+    if (auto* imu = std::get_if<ImuSample>(&sample)) {
+      // As large an offset as any gyro has.
+      imu->w_I_rad_s = (imu->w_I_rad_s + Eigen::Vector3d(0.01, -0.01, 0.01)) * 57.29578;
+    }
+    const DrFilter::Output out = Feed(filter, sample);
+    for (const DrState& state : out.states) {
+      const double turned = LogSO3((before.inverse() * state.T_OB).rotation()).norm();
+      const bool early = (state.utime - r.begin).seconds() < 0.4;
+      if (!state.slip && !early && state.reset_counter == 0) believed += turned;
+      before = state.T_OB;
+    }
+    if (std::find(out.found.begin(), out.found.end(), DrDiagnosis::kGyroInDegrees) !=
+        out.found.end()) {
+      found_s = (std::visit([](const auto& s) { return s.utime; }, sample) - r.begin).seconds();
+    }
+  }
+  ASSERT_TRUE(found_s);
+  EXPECT_LT(*found_s, 2.5);
+  EXPECT_LT(believed, 0.02);
+}
+
 TEST(DrDiagnosis, AFrozenGyroIsNotUsed) {
   const Recording r = TurnsAndStops();
   const Outcome out = DriveWith(
@@ -262,6 +292,16 @@ TEST(DrDiagnosis, ABiasBeyondTheDataSheetIsNamedAndTakenOut) {
       r, [](ImuSample& s) { s.w_I_rad_s += Eigen::Vector3d::Constant(0.08); }, Nothing);
   EXPECT_TRUE(out.Found(DrDiagnosis::kGyroBiasLarge));
   EXPECT_LT(ErrorSinceReset(r, out), 1.5 * error + 0.1);
+}
+
+TEST(DrDiagnosis, WheelsThatTurnTheOtherWayAreTurnedRound) {
+  const Recording r = TurnsAndStops();
+  const Outcome good = Drive(r.calibration, r.samples);
+  const Outcome out = DriveWith(
+      r, [](ImuSample&) {}, [](WheelSample& s) { s.dy_m = -s.dy_m, s.dyaw_rad = -s.dyaw_rad; });
+  EXPECT_TRUE(out.Found(DrDiagnosis::kWheelsTurnBackwards));
+  EXPECT_LT(ErrorSinceReset(r, out), 1.5 * ErrorSinceReset(r, good) + 0.1);
+  EXPECT_NEAR(out.states.back().gyro_bias_rad_s.z(), good.states.back().gyro_bias_rad_s.z(), 2e-3);
 }
 
 // ---- The track --------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
-// Writes a log of 30 s for the tests of the page: a robot goes round a square, sees, is blind, sees
-// again, and closes a loop. Made up, and always the same; every channel that gw-view shows is in
-// it. usage: gw-view-example-log OUT.lcm
+// Writes a log of 33 s for the tests of the page: a robot goes round a circle, sees, is blind, sees
+// again, and closes a loop; in the last three seconds no images come any more. Made up, and always
+// the same; every channel that gw-view shows is in it. usage: gw-view-example-log OUT.lcm
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -13,7 +13,7 @@
 namespace gw::view {
 namespace {
 
-constexpr int kImages = 300;  // at 10 Hz
+constexpr int kImages = 300, kSteps = 330;  // at 10 Hz
 constexpr int kWidth = 320, kHeight = 240;
 constexpr int kBlindFrom = 120, kBlindTo = 160;
 constexpr Utime kStart{1'700'000'000'000'000};
@@ -141,11 +141,13 @@ class Writer {
   }
 
   void Step(int i) {
-    Image(i);
     DeadReckoning(i);
-    Tracking(i);
+    if (i < kImages) {
+      Image(i);
+      Tracking(i);
+    }
     if (i % 10 != 0) return;
-    Map(i);
+    if (i < kImages) Map(i);
     const char* dark = "vision sees nothing, dead reckoning carries the pose: check lens and light";
     Health(i, "gw-frontend", Blind(i) ? HealthState::kDegraded : HealthState::kOk,
            Blind(i) ? dark : "");
@@ -171,7 +173,7 @@ int Main(int argc, char** argv) {
   auto log = process::EventLogWriter::Create(argv[1]);
   if (!log) return 1;
   Writer writer(*log);
-  for (int i = 0; i < kImages; ++i) writer.Step(i);
+  for (int i = 0; i < kSteps; ++i) writer.Step(i);
   return log->Close().ok() ? 0 : 1;
 }
 

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
-"""Ten faults, shown through the page of gw-view alone: one live run of the whole system for each, and a screenshot of it.
+"""Ten faults, shown through the page of gw-view alone: one live run of the whole system for each, and screenshots of it.
 
-usage: fault_screens.py BIN PAGE_WORK OUT [SEED]
-OUT/1.png to 10.png are in an order that SEED shuffles, and OUT/key.txt says which is which: to be opened after they have been named.
+usage: fault_screens.py BIN PAGE_WORK OUT KEY [SEED]
+OUT/01 to OUT/10 hold 1.png and 2.png each, two moments of one run, in an order that SEED shuffles; the file KEY, which is not in
+OUT, says which is which: to be opened after they have been named.
 Needs Debian's chromium, node, the npm packages of the page, lcm-logplayer. Exit 77 where there is no private network.
 """
 import os
 import random
 import subprocess
 import sys
+import tempfile
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -23,7 +25,8 @@ drive: {{max_m_s: 0.5, max_deg_s: 60, turn_at_waypoints: false, pause_s: 0}}
 world: {{walls: textured, floor: wood}}
 camera: {{rate_hz: 10, mode: stereo, width: 320, height: 240, focal_px: 190}}
 """
-SECONDS = 13  # of the drive, until the picture is taken; the log goes on
+MOMENTS = (9, 13)  # s of the drive at which pictures are taken; the log goes on
+KILLED = 6.5  # s, where the fault is a process that dies
 # Name: options of gw-fault, or a process that is killed in the middle and not started again.
 FAULTS = {
     "lights out": ["--black", "6:"],
@@ -58,15 +61,16 @@ class Run:
             process.wait()
 
 
-def show(binaries, config, log, killed, picture):
+def show(binaries, config, log, killed, folder):
+    os.makedirs(folder, exist_ok=True)
     run = Run(binaries, config)
-    shot = subprocess.Popen(["node", f"{HERE}/page/test/screenshot.mjs", run.address, str(SECONDS), picture],
-                            stdout=subprocess.PIPE, text=True)
+    pictures = [argument for i, moment in enumerate(MOMENTS, 1) for argument in (str(moment), f"{folder}/{i}.png")]
+    shot = subprocess.Popen(["node", f"{HERE}/page/test/screenshot.mjs", run.address, *pictures], stdout=subprocess.PIPE, text=True)
     shot.stdout.readline()
     player = subprocess.Popen(["lcm-logplayer", f"--lcm-url={URL}", "--regexp=^(CAMERA|IMU|WHEEL|GROUND_TRUTH)$", log],
                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     if killed:
-        time.sleep(SECONDS / 2)
+        time.sleep(KILLED)
         run.processes[killed].kill()
     code = shot.wait()
     player.kill()
@@ -76,30 +80,35 @@ def show(binaries, config, log, killed, picture):
 
 
 def main():
-    binaries, packages, out = (os.path.abspath(argument) for argument in sys.argv[1:4])
+    binaries, packages, out, key_file = (os.path.abspath(argument) for argument in sys.argv[1:5])
     enter_private_network()
     os.environ["GW_PAGE_PACKAGES"] = packages
     os.environ.setdefault("GW_CHROMIUM", "/usr/bin/chromium")
-    os.makedirs(out, exist_ok=True)
-    with open(f"{out}/scenario.yaml", "w", encoding="utf-8") as f:
-        f.write(SCENARIO.format(root=os.path.abspath(f"{HERE}/../..")))
-    log, config = f"{out}/sound.lcm", f"{out}/robot.yaml"
-    subprocess.run([f"{binaries}/gw-sim", "--scenario", f"{out}/scenario.yaml", "--duration", str(SECONDS + 10), "--log", log,
-                    "--config-out", config], check=True, capture_output=True)
     names = list(FAULTS)
-    random.Random(sys.argv[4] if len(sys.argv) > 4 else None).shuffle(names)
+    random.Random(sys.argv[5] if len(sys.argv) > 5 else None).shuffle(names)
+    with tempfile.TemporaryDirectory() as work:
+        shown = show_all(binaries, names, out, key_file, work)
+    sys.exit(0 if shown else 1)
+
+
+def show_all(binaries, names, out, key_file, work):
+    with open(f"{work}/scenario.yaml", "w", encoding="utf-8") as f:
+        f.write(SCENARIO.format(root=os.path.abspath(f"{HERE}/../..")))
+    log, config = f"{work}/sound.lcm", f"{work}/robot.yaml"
+    subprocess.run([f"{binaries}/gw-sim", "--scenario", f"{work}/scenario.yaml", "--duration", str(MOMENTS[-1] + 10), "--log", log,
+                    "--config-out", config], check=True, capture_output=True)
     shown = True
-    with open(f"{out}/key.txt", "w", encoding="utf-8") as key:
+    with open(key_file, "w", encoding="utf-8") as key:
         for number, name in enumerate(names, 1):
             fault = FAULTS[name]
             killed = fault if isinstance(fault, str) else None
             spoilt = log
             if not killed:
-                spoilt = f"{out}/spoilt.lcm"
+                spoilt = f"{work}/spoilt.lcm"
                 subprocess.run([f"{binaries}/gw-fault", log, spoilt, "--config", config, *fault], check=True, capture_output=True)
-            shown = show(binaries, config, spoilt, killed, f"{out}/{number}.png") and shown
-            key.write(f"{number} {name}\n")
-    sys.exit(0 if shown else 1)
+            shown = show(binaries, config, spoilt, killed, f"{out}/{number:02}") and shown
+            key.write(f"{number:02} {name}\n")
+    return shown
 
 
 if __name__ == "__main__":

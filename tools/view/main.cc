@@ -10,6 +10,7 @@
 #include "common/core/version.h"
 #include "common/process/bus.h"
 #include "tools/robot/floorplan/floor_map.h"
+#include "tools/view/report/report_page.h"
 #include "tools/view/viewer.h"
 
 namespace gw::view {
@@ -28,17 +29,6 @@ struct Arguments {
 int Fail(const Error& error) {
   std::fprintf(stderr, "<3>gw-view: %s\n", error.message.c_str());
   return ExitCodeFor(error);
-}
-
-// The page beside the program: of an installation, or of a build folder.
-std::string DefaultPage() {
-  std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  for (const char* place : {"../share/good-weights/view", "../tools/view/page"}) {
-    const auto folder = program.parent_path() / place;
-    if (std::filesystem::exists(folder / "index.html", error)) return folder.string();
-  }
-  return "";
 }
 
 Result<foxglove::TranslatorOptions> LoadOptions(const Arguments& arguments,
@@ -109,7 +99,8 @@ int Run(Arguments arguments) {
   }
   auto options = LoadOptions(arguments, config);
   if (!options) return Fail(options.error());
-  const std::string folder = arguments.page.empty() ? DefaultPage() : arguments.page;
+  const std::string folder =
+      arguments.page.empty() ? PageFolder("view", "index.html") : arguments.page;
   auto page = folder.empty() ? PageFiles::WithoutPage() : PageFiles::Load(folder);
   if (!page) return Fail(page.error());
   if (folder.empty()) {

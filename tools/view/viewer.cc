@@ -129,6 +129,7 @@ void Viewer::ReportSelf(Utime now) {
       {"keyframes", from.map().keyframes().size()},
       {"landmarks", from.map().landmarks().size()},
       {"loops", from.map().loops().size()},
+      {"pieces", from.map().num_pieces()},
       {"channels", std::move(channels)}};
   server_->Publish({{foxglove::Topic::kViewer, now,
                      std::make_shared<const std::string>(tools::JsonLine(json))}});

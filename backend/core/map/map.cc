@@ -164,6 +164,7 @@ bool Map::AddKeyframe(const Keyframe& keyframe) {
   }
   MapKeyframe* previous = MutableKeyframe(keyframe.previous);
   if (previous != nullptr && keyframe.utime <= previous->frame.utime) return false;
+  if (previous != nullptr && keyframe.withdraws) Withdraw(keyframe.previous, keyframe.id);
   MapKeyframe& added = keyframes_[keyframe.id];
   added.frame = keyframe;
   added.frame.landmarks.assign(keyframe.features.size(), {});
@@ -180,6 +181,22 @@ bool Map::AddKeyframe(const Keyframe& keyframe) {
   newest_utime_ = keyframe.utime;
   changes_.keyframes.insert(keyframe.id);
   return true;
+}
+
+void Map::Withdraw(KeyframeId sound, KeyframeId until) {
+  std::set<KeyframeId> withdrawn;
+  std::set<LandmarkId> seen;
+  for (auto it = keyframes_.upper_bound(sound); it != keyframes_.end() && it->first < until; ++it) {
+    if (it->second.frame.piece != PieceOf(sound)) continue;
+    withdrawn.insert(it->first);
+    for (const auto& [landmark, feature] : it->second.seen) seen.insert(landmark);
+  }
+  for (const KeyframeId id : withdrawn) RemoveKeyframe(id, sound);
+  for (const LandmarkId id : seen) {
+    if (withdrawn.contains(id.creator()) || FindLandmark(id)->observations.empty()) {
+      RemoveLandmark(id);
+    }
+  }
 }
 
 void Map::SetPose(KeyframeId id, const SE3& T_WC) {

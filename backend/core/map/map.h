@@ -75,7 +75,8 @@ class Map {
   // that of `previous`, or CheckKeyframe() finds a fault. The pose is taken from the keyframe, its
   // `landmarks` are not: observations are added one by one. A `previous` that is not in the map, or
   // that another keyframe follows already, leaves the new one without a temporal edge; with one, it
-  // belongs to the piece of `previous`, which may have been joined to another one meanwhile.
+  // belongs to the piece of `previous`, which may have been joined to another one meanwhile. One
+  // that withdraws others takes them out first.
   bool AddKeyframe(const Keyframe& keyframe);
   // Preconditions of the following: the ids exist, unless stated otherwise.
   void SetPose(KeyframeId id, const SE3& T_WC);
@@ -118,6 +119,9 @@ class Map {
 
  private:
   MapKeyframe* MutableKeyframe(KeyframeId id);
+  // Takes out the keyframes between `sound`, which is in the map, and `until`, with the landmarks
+  // that they made, or alone observe.
+  void Withdraw(KeyframeId sound, KeyframeId until);
   // Landmark and keyframe name each other from now on. False, and no change, when the keyframe is
   // unknown, its feature taken or not there, or the landmark observed by it already.
   bool Link(Landmark& landmark, const Observation& observation);

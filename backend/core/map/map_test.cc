@@ -129,6 +129,61 @@ TEST(Map, RemovedKeyframesLiveOnRelativeToOneThatStays) {
 }
 
 // One random change after another; the replica sees only keyframes and updates.
+// Keyframes 4 and 5 did not show the world: they go, with the landmarks that they made, and the
+// chain leads from 3 to 6.
+TEST(Map, WithdrawnKeyframesLeaveWithWhatTheyMapped) {
+  Map map = MakeMap(5);
+  Map replica = map;
+  map.Commit();
+  replica.Commit();
+  Keyframe after = MakeKeyframe(6);
+  after.previous = {3};
+  after.dr->utime_begin = {3'000'000};
+  after.withdraws = true;
+  ASSERT_TRUE(map.AddKeyframe(after));
+  EXPECT_EQ(map.FindKeyframe({4}), nullptr);
+  EXPECT_EQ(map.FindKeyframe({5}), nullptr);
+  EXPECT_EQ(map.FindKeyframe({6})->frame.previous, KeyframeId{3});
+  EXPECT_TRUE(map.FindKeyframe({6})->frame.dr);
+  EXPECT_EQ(map.FindRemoval({5})->parent, KeyframeId{3});
+  for (const LandmarkId id : map.SortedLandmarkIds()) {
+    EXPECT_LE(id.creator(), KeyframeId{3});
+    EXPECT_FALSE(map.FindLandmark(id)->observations.empty());
+  }
+  EXPECT_EQ(map.num_landmarks(), 9u);
+  ExpectConsistent(map);
+  const MapUpdate update = map.Commit();
+  EXPECT_EQ(update.removed_keyframes.size(), 2u);
+  ASSERT_TRUE(replica.AddKeyframe(after));
+  ASSERT_EQ(replica.Apply(update), Map::Applied::kDone);
+  EXPECT_EQ(replica.num_ignored(), 0);
+  EXPECT_EQ(replica.Hash(), map.Hash());
+}
+
+TEST(Map, OnlyThePieceOfTheKeyframeIsWithdrawn) {
+  Map map = MakeMap(3);
+  Keyframe other = MakeKeyframe(4);
+  other.previous = {};
+  other.dr.reset();
+  other.piece = {4};
+  ASSERT_TRUE(map.AddKeyframe(other));
+  Keyframe after = MakeKeyframe(5);
+  after.previous = {2};
+  after.dr.reset();
+  after.withdraws = true;
+  ASSERT_TRUE(map.AddKeyframe(after));
+  EXPECT_EQ(map.FindKeyframe({3}), nullptr);
+  EXPECT_NE(map.FindKeyframe({4}), nullptr);
+  // One that names none before it withdraws nothing.
+  Keyframe alone = MakeKeyframe(6);
+  alone.previous = {};
+  alone.dr.reset();
+  alone.withdraws = true;
+  ASSERT_TRUE(map.AddKeyframe(alone));
+  EXPECT_EQ(map.keyframes().size(), 5u);
+  ExpectConsistent(map);
+}
+
 TEST(Map, ReplicaFollowsRandomChangesExactly) {
   for (uint64_t seed = 0; seed < 60; ++seed) {
     Map map;

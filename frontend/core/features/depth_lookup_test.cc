@@ -24,7 +24,8 @@ class DepthLookupTest : public testing::Test {
  protected:
   void Fill(int x0, int x1, uint16_t value) {
     for (int y = 0; y < kSide; ++y) {
-      for (int x = x0; x < x1; ++x) pixels_[static_cast<size_t>(y * kSide + x)] = value;
+      for (int x = x0; x < x1; ++x)
+        pixels_[static_cast<size_t>(y) * kSide + static_cast<size_t>(x)] = value;
     }
   }
   float At(float u, float v) const {

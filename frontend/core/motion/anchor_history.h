@@ -13,14 +13,16 @@ namespace gw::frontend {
 class AnchorHistory {
  public:
   struct Since {
+    Utime utime;  // of that image
     SE3 T_WO;
+    Matrix6d cov_T_WC;
     int num_images = 0;  // after that one
   };
-  // T_WO as it was at the first image not before `then`; empty where none is known.
+  // What was at the first image not before `then`; empty where none is known.
   std::optional<Since> From(Utime then) const;
 
-  // After every image; times ascend.
-  void Remember(Utime utime, const SE3& T_WO);
+  // After every image; times ascend. cov_T_WC: of the camera's pose, right perturbation.
+  void Remember(Utime utime, const SE3& T_WO, const Matrix6d& cov_T_WC);
   // The map was corrected: W before the correction is now T_correction in W.
   void Move(const SE3& T_correction);
   // Dead reckoning has begun anew, or does not tell.
@@ -33,6 +35,7 @@ class AnchorHistory {
   struct Anchor {
     Utime utime;
     SE3 T_WO;
+    Matrix6d cov_T_WC;
   };
   std::deque<Anchor> anchors_;
 };

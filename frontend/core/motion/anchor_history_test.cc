@@ -16,8 +16,8 @@ Utime Second(double t) {
 TEST(AnchorHistory, GivesTheFirstImageNotBeforeATime) {
   AnchorHistory history;
   EXPECT_FALSE(history.From(Second(1)));
-  history.Remember(Second(1), At(1));
-  history.Remember(Second(2), At(2));
+  history.Remember(Second(1), At(1), Matrix6d::Zero());
+  history.Remember(Second(2), At(2), Matrix6d::Zero());
   EXPECT_EQ(history.From(Second(0))->T_WO.translation().x(), 1);
   EXPECT_EQ(history.From(Second(1))->T_WO.translation().x(), 1);
   EXPECT_EQ(history.From(Second(1.5))->T_WO.translation().x(), 2);
@@ -27,13 +27,13 @@ TEST(AnchorHistory, GivesTheFirstImageNotBeforeATime) {
 
 TEST(AnchorHistory, ForgetsWhatIsLongAgo) {
   AnchorHistory history;
-  for (int t = 1; t <= 8; ++t) history.Remember(Second(t), At(t));
+  for (int t = 1; t <= 8; ++t) history.Remember(Second(t), At(t), Matrix6d::Zero());
   EXPECT_EQ(history.From(Second(0))->T_WO.translation().x(), 3);  // five seconds before the newest
 }
 
 TEST(AnchorHistory, FollowsTheMap) {
   AnchorHistory history;
-  history.Remember(Second(1), At(1));
+  history.Remember(Second(1), At(1), Matrix6d::Zero());
   history.Move(At(10));
   EXPECT_EQ(history.From(Second(1))->T_WO.translation().x(), 11);
   history.Clear();

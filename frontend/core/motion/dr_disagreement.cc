@@ -34,24 +34,28 @@ void DrDisagreement::Add(const SE3& T_dr, const SE3& T_vision) {
   vision_turn2_ = kept * vision_turn2_ + vision_turn * vision_turn;
 }
 
-DrConstantFault DrDisagreement::Explain() const {
+DrConstantFault FaultOf(double way_factor, double direction, double turn_factor) {
   DrConstantFault out;
+  if (std::abs(std::log(way_factor)) > kRightFactor) out.way_factor = way_factor;
+  if (std::abs(direction) > kRightDirection) out.direction = direction;
+  if (std::abs(turn_factor - 1) > kRightFactor) out.turn_factor = turn_factor;
+  return out;
+}
+
+DrConstantFault DrDisagreement::Explain() const {
+  double way_factor = 1, direction = 0, turn_factor = 1;
   if (vision_way2_ > kLeastWay2 && dr_way2_ > 0) {
-    const double factor = cross_way_.norm() / dr_way2_;
-    const double direction = std::atan2(cross_way_.y(), cross_way_.x());
     const double left = vision_way2_ - cross_way_.squaredNorm() / dr_way2_;
     if (left < kUnexplained * vision_way2_) {
-      if (std::abs(std::log(factor)) > kRightFactor) out.way_factor = factor;
-      if (std::abs(direction) > kRightDirection) out.direction = direction;
+      way_factor = cross_way_.norm() / dr_way2_;
+      direction = std::atan2(cross_way_.y(), cross_way_.x());
     }
   }
   if (vision_turn2_ > kLeastTurn2 && dr_turn2_ > 0) {
-    const double factor = cross_turn_ / dr_turn2_;
     const double left = vision_turn2_ - cross_turn_ * cross_turn_ / dr_turn2_;
-    const bool explained = left < kUnexplained * vision_turn2_;
-    if (explained && std::abs(factor - 1) > kRightFactor) out.turn_factor = factor;
+    if (left < kUnexplained * vision_turn2_) turn_factor = cross_turn_ / dr_turn2_;
   }
-  return out;
+  return FaultOf(way_factor, direction, turn_factor);
 }
 
 std::string Describe(const DrConstantFault& fault) {

@@ -20,7 +20,12 @@ struct DrConstantFault {
   std::optional<double> way_factor, direction;
   // Vision's turn over that of DR; empty where none explains the turns.
   std::optional<double> turn_factor;
+
+  bool empty() const { return !way_factor && !direction && !turn_factor; }
 };
+
+// The parts of a constant that are not as they should be.
+DrConstantFault FaultOf(double way_factor, double direction, double turn_factor);
 
 class DrDisagreement {
  public:

@@ -30,22 +30,38 @@ SE3 MotionModel::FirstPose(Utime utime) const {
   return T_WB * T_BC_;
 }
 
+bool MotionModel::Push(const DrState& told) {
+  // Dead reckoning that began anew goes on from where it says.
+  const bool goes_on = !dr_.empty() && told.reset_counter == told_.reset_counter;
+  const bool pushed = learnt_.constant && goes_on
+                          ? dr_.Push(learnt_.constant->Follow(dr_.newest(), told_, told))
+                          : dr_.Push(told);
+  if (pushed) told_ = told;
+  return pushed;
+}
+
+DrConstantFault MotionModel::dr_fault() const {
+  DrConstant constant = learnt_.constant.value_or(DrConstant());
+  if (!dr_trusted()) constant.Compose(learnt_.disagreement.Explain());
+  return constant.fault();
+}
+
 std::optional<MotionModel::Calibrated> MotionModel::DrBetween(Utime a, Utime b) const {
   DrNoise noise;
   const auto told = dr_.Increment(a, b, kMaxExtrapolation, &noise);
   if (!told) return std::nullopt;
-  calibration_.Limit(&noise, dr_.newest());
-  return Calibrated{*told, calibration_.Corrected(told->T_BaBb, dr_.newest()), noise};
+  learnt_.calibration.Limit(&noise, dr_.newest());
+  return Calibrated{*told, learnt_.calibration.Corrected(told->T_BaBb, dr_.newest()), noise};
 }
 
 // The noise of DR as it enters: what it has shown, or what it says itself.
 DrNoise MotionModel::Shown(const DrNoise& claimed) const {
-  return dr_weight_.Departs(Departure::kTrust) ? trust_.Shown(claimed) : claimed;
+  return dr_weight_.Departs(Departure::kTrust) ? learnt_.trust.Shown(claimed) : claimed;
 }
 
 // Sigma_d of the prior of an image, before alpha.
 Matrix6d MotionModel::WeightCovariance(const Matrix6d& nominal, const Matrix6d& shown) const {
-  if (dr_weight_.Departs(Departure::kKnownNoise)) return trust_.Weighted(nominal, shown);
+  if (dr_weight_.Departs(Departure::kKnownNoise)) return learnt_.trust.Weighted(nominal, shown);
   if (dr_weight_.Departs(Departure::kReportedNoise)) return LargerCovariance(nominal, shown);
   return nominal;
 }
@@ -86,7 +102,7 @@ Motion MotionModel::Coast(Utime a, Utime b) const {
 
 std::optional<CameraStep> MotionModel::Step(Utime a, Utime b) const {
   const auto dr = DrPredicts(variant_) ? DrBetween(a, b) : std::nullopt;
-  if (!dr || dr->told.slip || trust_.refuted()) return std::nullopt;
+  if (!dr || dr->told.slip || learnt_.trust.refuted()) return std::nullopt;
   const DrNoise noise = InCamera(dr->noise, T_BC_);
   CameraStep out;
   out.T_ab = InCamera(dr->T_BaBb, T_BC_);
@@ -119,10 +135,10 @@ void MotionModel::Observe(const Seen& seen, const Motion& expected) {
   if (seen.a == observed_) velocity_ = seen.T_ab.Log() / (seen.b - seen.a).seconds();
   observed_ = seen.b;
   if (seen.healthy && calibrate_dr_ && expected.from_dr && !expected.slip) {
-    calibration_.Observe(expected.T_BaBb_dr, T_BC_ * seen.T_ab * T_BC_.inverse(), seen.b - seen.a,
-                         dr_.newest());
+    learnt_.calibration.Observe(expected.T_BaBb_dr, T_BC_ * seen.T_ab * T_BC_.inverse(),
+                                seen.b - seen.a, dr_.newest());
   } else {
-    calibration_.Interrupt();
+    learnt_.calibration.Interrupt();
   }
   if (seen.sure && DrPredicts(variant_)) {
     CompareWithVision(seen);
@@ -132,8 +148,19 @@ void MotionModel::Observe(const Seen& seen, const Motion& expected) {
 }
 
 void MotionModel::ObserveNothing() {
-  calibration_.Interrupt();
+  learnt_.calibration.Interrupt();
   window_.reset();
+}
+
+void MotionModel::Unlearn(Utime since) {
+  ObserveNothing();
+  const bool corrected = learnt_.constant.has_value();
+  while (!learnt_before_.empty() && learnt_.until > since) {
+    learnt_ = std::move(learnt_before_.back());
+    learnt_before_.pop_back();
+  }
+  // Dead reckoning goes on from where it is, not from where it would be as told.
+  if (corrected && !learnt_.constant) learnt_.constant.emplace();
 }
 
 void MotionModel::Restart() {
@@ -163,8 +190,24 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   const Matrix6d from_begin = T_ab.inverse().Adjoint();
   const Matrix6d cov = from_begin * window->cov * from_begin.transpose() + seen.cov_vision;
   evidence.cov_vision = T_BC_.Adjoint() * cov * T_BC_.Adjoint().transpose();
-  trust_.Judge(evidence);
-  disagreement_.Add(evidence.T_dr, evidence.T_vision);
+  learnt_before_.push_back(learnt_);
+  while (learnt_before_.size() > 1 && seen.b - learnt_before_[1].until > kMemory) {
+    learnt_before_.pop_front();
+  }
+  learnt_.until = seen.b;
+  learnt_.trust.Judge(evidence);
+  learnt_.disagreement.Add(evidence.T_dr, evidence.T_vision);
+  if (!dr_trusted()) TakeOutConstant();
+}
+
+// Dead reckoning without the constant by which it is wrong is one of which nothing is known yet.
+void MotionModel::TakeOutConstant() {
+  const DrConstantFault fault = learnt_.disagreement.Explain();
+  if (fault.empty()) return;
+  DrConstant constant = learnt_.constant.value_or(DrConstant());
+  constant.Compose(fault);
+  learnt_ = {learnt_.until, DrCalibration(), DrTrust(), DrDisagreement(), constant};
+  window_.reset();
 }
 
 }  // namespace gw::frontend

@@ -2,6 +2,7 @@
 // velocity where there is none.
 #pragma once
 
+#include <deque>
 #include <optional>
 
 #include "common/camera/camera_model.h"
@@ -11,6 +12,7 @@
 #include "common/good_weights/dr_history.h"
 #include "frontend/core/features/fixed_in_image.h"
 #include "frontend/core/motion/dr_calibration.h"
+#include "frontend/core/motion/dr_constant.h"
 #include "frontend/core/motion/dr_disagreement.h"
 #include "frontend/core/motion/dr_trust.h"
 
@@ -35,7 +37,7 @@ class MotionModel {
         calibrate_dr_(config.calibrate_dr && dr_weight_.Departs(Departure::kCalibration)) {}
 
   // False: not newer than the state before, refused.
-  bool Push(const DrState& state) { return dr_.Push(state); }
+  bool Push(const DrState& state);
 
   // Pose of the first image: origin and heading of W are those of the body, roll and pitch are
   // absolute where DR knows gravity.
@@ -76,6 +78,8 @@ class MotionModel {
   void Observe(const Seen& seen, const Motion& expected);
   // Vision measured nothing.
   void ObserveNothing();
+  // Since then vision was held by what is not the world: what it has taught of DR is void.
+  void Unlearn(Utime since);
   // The clock of the images was set: what was measured before has no time any more. DR follows its
   // own clock.
   void Restart();
@@ -83,11 +87,12 @@ class MotionModel {
   void MapMoved(const SE3& T_correction);
 
   // False while healthy vision contradicts DR.
-  bool dr_trusted() const { return trust_.trusted() || !dr_weight_.Departs(Departure::kTrust); }
-  // While it does: the constant that explains it, if one does.
-  DrConstantFault dr_fault() const {
-    return dr_trusted() ? DrConstantFault{} : disagreement_.Explain();
+  bool dr_trusted() const {
+    return learnt_.trust.trusted() || !dr_weight_.Departs(Departure::kTrust);
   }
+  // The constant by which DR is wrong: the one that is taken out of it; or, while healthy vision
+  // contradicts it, the one that explains that.
+  DrConstantFault dr_fault() const;
 
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
 
@@ -97,9 +102,9 @@ class MotionModel {
   SE3 T_BC_;
   Variant variant_;
   DrWeightConfig dr_weight_;
-  DrHistory dr_;
+  DrState told_;  // the newest one, as told
+  DrHistory dr_;  // without the constant by which DR is wrong
   bool calibrate_dr_;
-  DrCalibration calibration_;
   Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s
   Utime observed_;                        // until here
 
@@ -111,6 +116,7 @@ class MotionModel {
   };
   std::optional<Calibrated> DrBetween(Utime a, Utime b) const;
   void CompareWithVision(const Seen& seen);
+  void TakeOutConstant();
   DrNoise Shown(const DrNoise& claimed) const;
   Matrix6d WeightCovariance(const Matrix6d& nominal, const Matrix6d& shown) const;
 
@@ -121,8 +127,19 @@ class MotionModel {
     Matrix6d cov;
   };
   std::optional<Window> window_;
-  DrTrust trust_;
-  DrDisagreement disagreement_;
+
+  // What vision has taught of DR, until an image.
+  struct Lessons {
+    Utime until;
+    DrCalibration calibration;
+    DrTrust trust;
+    DrDisagreement disagreement;
+    std::optional<DrConstant> constant;
+  };
+  Lessons learnt_;
+  std::deque<Lessons> learnt_before_;  // as it was before each window of the last kMemory
+  // The longest that vision may have been held by something else.
+  static constexpr DurationUs kMemory = Milliseconds(5000);
 };
 
 }  // namespace gw::frontend

@@ -32,14 +32,17 @@ void CameraTrack::Rewind(Utime since, MotionModel* motion) {
   const SE3 T_WC_by_dr = then->T_WO * *T_OC;
   uncertainty.Shift((T_WC.inverse() * T_WC_by_dr).Log());
   T_WC = T_WC_by_dr;
-  motion->ObserveNothing();
-  // Dead reckoning leads from the true pose of the last keyframe, which it does not have.
-  chain.Break();
+  motion->Unlearn(since);
+  const Motion since_then = motion->Between(then->utime, utime);
+  const Matrix6d A = since_then.T_ab.inverse().Adjoint();
+  uncertainty.Reset(A * then->cov_T_WC * A.transpose() + since_then.noise.Covariance());
+  const KeyframeId sound = chain.Void(since);
+  if (sound.valid()) reference = sound;
 }
 
 void CameraTrack::RememberAnchor(const MotionModel& motion) {
   if (const auto T_OC = motion.OdometryPose(utime)) {
-    anchors.Remember(utime, T_WC * T_OC->inverse());
+    anchors.Remember(utime, T_WC * T_OC->inverse(), uncertainty.cov());
   } else {
     anchors.Clear();
   }

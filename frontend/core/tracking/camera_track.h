@@ -43,8 +43,9 @@ struct CameraTrack {
   // Takes over the pose that vision found for an image.
   void Take(const FoundPose& found, const FeatureFrame& frame);
 
-  // Vision was held by what is not the world: the way since then is that of dead reckoning. Nothing
-  // happens where that does not reach back to then.
+  // Vision was held by what is not the world: the way since then is that of dead reckoning, and
+  // what was mapped and learnt since then is void. Nothing happens where dead reckoning does not
+  // reach back to then.
   void Rewind(Utime since, MotionModel* motion);
 
   // The last image has its final pose: remembers where the odometry frame lies.

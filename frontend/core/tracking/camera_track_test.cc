@@ -49,7 +49,7 @@ void ExpectPoseNear(const SE3& expected, const SE3& actual) {
 
 TEST_F(CameraTrackTest, ThePoseGoesWithItsKeyframe) {
   Express(1);
-  track_.anchors.Remember(Utime{1}, Pose(0));
+  track_.anchors.Remember(Utime{1}, Pose(0), Matrix6d::Identity() * 1e-6);
   MapUpdate update;
   update.keyframes = {{KeyframeId{1}, Utime{1}, Pose(2, 0.3), {}}};
   const SE3 before = track_.T_WC;
@@ -79,6 +79,34 @@ TEST_F(CameraTrackTest, ThePoseGoesWithItsPieceIntoTheMap) {
   ExpectPoseNear(Pose(2, 1) * Pose(0.5), track_.T_WC);
   // As sure as before: the step is no error of the pose.
   EXPECT_EQ(track_.uncertainty.cov(), Matrix6d::Identity() * 0.04);
+}
+
+// Vision stood still for half a second while dead reckoning drove on.
+TEST_F(CameraTrackTest, RewoundItIsWhereDeadReckoningLeadsFromThen) {
+  const FrontendConfig config;
+  const RectifiedCamera camera = TestCamera(6);
+  MotionModel motion(camera, config);
+  for (int i = 0; i <= 20; ++i) {
+    DrState state;
+    state.utime = Utime{} + Milliseconds(100 * i);
+    state.seq = i + 1;
+    state.T_OB = Pose(0.1 * i);
+    state.cov_twist_white = Matrix6d::Identity() * 1e-4;
+    ASSERT_TRUE(motion.Push(state));
+  }
+  const Matrix6d sure = Matrix6d::Identity() * 1e-8;
+  for (int i = 0; i <= 10; ++i) {
+    track_.utime = Utime{} + Milliseconds(100 * i);
+    track_.T_WC = Pose(0.1 * std::min(i, 5)) * camera.T_BC;
+    track_.uncertainty.Reset(sure);
+    track_.RememberAnchor(motion);
+  }
+  track_.Rewind(Utime{} + Milliseconds(500), &motion);
+  ExpectPoseNear(Pose(1) * camera.T_BC, track_.T_WC);
+  // As sure as it was then, and no surer than dead reckoning since.
+  const double variance = track_.uncertainty.cov().diagonal().head<3>().maxCoeff();
+  EXPECT_GT(variance, 0.9 * 0.5e-4);
+  EXPECT_LT(variance, 2 * 0.5e-4);
 }
 
 TEST_F(CameraTrackTest, APieceBeginsWhereTheCameraIs) {

@@ -45,6 +45,12 @@ std::string HealthCause(const FramePose& frame, const DrConstantFault& fault) {
                             "names more)"
                           : named);
   }
+  if (!fault.empty()) {
+    return "dead reckoning is wrong by a constant, which vision has measured and which is taken "
+           "out "
+           "of it: " +
+           Describe(fault);
+  }
   return "";
 }
 

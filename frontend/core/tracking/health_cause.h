@@ -9,7 +9,7 @@
 
 namespace gw::frontend {
 
-// Empty: nothing. fault: what explains that dead reckoning contradicts vision, where that is known.
+// Empty: nothing. fault: the constant by which dead reckoning is wrong, where one is known.
 std::string HealthCause(const FramePose& frame, const DrConstantFault& fault);
 
 }  // namespace gw::frontend

@@ -45,5 +45,15 @@ TEST(HealthCause, ADistrustedDeadReckoningIsNamed) {
               HasSubstr("check wheel calibration"));
 }
 
+TEST(HealthCause, AConstantThatIsTakenOutIsNamedWhileVisionTracks) {
+  FramePose frame;
+  frame.status = TrackingStatus::kTracking;
+  DrConstantFault fault;
+  fault.way_factor = 2;
+  EXPECT_THAT(
+      HealthCause(frame, fault),
+      testing::AllOf(HasSubstr("is taken out"), HasSubstr("multiply ticks_per_metre by 0.5")));
+}
+
 }  // namespace
 }  // namespace gw::frontend

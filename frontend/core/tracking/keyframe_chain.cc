@@ -16,6 +16,7 @@ void KeyframeChain::Observe(const SE3& T_ab, bool unmatched) {
 
 bool KeyframeChain::WantsNext(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                               int num_mapped) const {
+  if (void_) return true;
   if (images_since_ < 2) return false;
   KeyframeEvidence e;
   e.since_last = utime - utime_;
@@ -52,9 +53,13 @@ Keyframe KeyframeChain::Make(const Source& source, const MotionModel& motion) {
   k.T_WC = source.T_WC;
   k.cov_T_WC = source.cov_T_WC;
   k.map_revision = source.map_revision;
-  k.previous = last_;
+  if (!own_.empty()) {
+    k.previous = own_.back().id;
+    k.dr = motion.Increment(own_.back().utime, k.utime);
+    k.withdraws = void_;
+  }
+  void_ = false;
   k.piece = source.piece;
-  if (k.previous.valid()) k.dr = motion.Increment(utime_, k.utime);
   k.q = source.report.q;
   k.num_tracked = source.report.num_tracked;
   k.features = frame.features;
@@ -67,13 +72,22 @@ Keyframe KeyframeChain::Make(const Source& source, const MotionModel& motion) {
       k.landmarks[i] = LandmarkId::From(k.id, static_cast<int>(i));
     }
   }
-  last_ = k.id;
+  own_.push_back({k.id, k.utime});
+  while (own_.size() > 1 && k.utime - own_[1].utime > kMemory) own_.pop_front();
   next_.value = k.id.value + 1;
   utime_ = k.utime;
   T_CkeyC_ = SE3();
   images_since_ = 0;
   unmatched_images_ = 0;
   return k;
+}
+
+KeyframeId KeyframeChain::Void(Utime since) {
+  while (own_.size() > 1 && own_.back().utime >= since) {
+    own_.pop_back();
+    void_ = true;
+  }
+  return own_.empty() ? KeyframeId{} : own_.back().id;
 }
 
 void KeyframeChain::Skip(KeyframeId newest) {

@@ -1,6 +1,8 @@
 // The chain of keyframes that this tracker makes: when the next one is due, and what is in it.
 #pragma once
 
+#include <deque>
+
 #include "common/config/frontend_config.h"
 #include "common/contract/map.h"
 #include "common/contract/tracking.h"
@@ -41,10 +43,15 @@ class KeyframeChain {
   KeyframeId next() const { return next_; }
 
   // The next keyframe begins a chain of its own: dead reckoning does not lead to it.
-  void Break() { last_ = {}; }
+  void Break() { own_.clear(); }
+  // Since then vision was held by what is not the world: keyframes made since then are void, but
+  // for the first of the chain. The next one follows the last that is not, and is due at once.
+  // Returns that; invalid: there is none.
+  KeyframeId Void(Utime since);
   // The same, and time goes on from here: the clock was set.
   void Restart(Utime utime) {
     Break();
+    void_ = false;
     utime_ = utime;
   }
 
@@ -52,8 +59,17 @@ class KeyframeChain {
   void Skip(KeyframeId newest);
 
  private:
+  // The longest that keyframes may have been made of something else than the world.
+  static constexpr DurationUs kMemory = Milliseconds(5000);
+
+  struct Link {
+    KeyframeId id;
+    Utime utime;
+  };
+
   FrontendConfig config_;
-  KeyframeId last_;  // newest of our own
+  std::deque<Link> own_;  // the chain: what was made in the last kMemory, and one before
+  bool void_ = false;     // the next keyframe withdraws those between own_.back() and itself
   KeyframeId next_{1};
   Utime utime_;  // of the newest
   SE3 T_CkeyC_;  // motion since then

@@ -117,6 +117,7 @@ struct Recording {
   std::vector<FrameDetail> details;
   std::vector<double> errors_m;  // position, per image
   std::vector<Keyframe> keyframes;
+  DrConstantFault dr_fault;  // at the end
 };
 
 // Drives for `images` images, blind in [blind_from, blind_to). dr_scale: wheel scale error; 0 = no
@@ -160,6 +161,7 @@ Recording Drive(const FrontendConfig& config, int images, int blind_from, int bl
     run.details.push_back(out.detail);
     if (out.keyframe) run.keyframes.push_back(*out.keyframe);
   }
+  run.dr_fault = tracker.dr_fault();
   return run;
 }
 
@@ -309,22 +311,39 @@ TEST(Tracker, DeadReckoningThatContradictsHealthyVisionIsNamedAndNotUsed) {
   // Full health (Q of 0.9 and more) only comes when the circle has been mapped once.
   constexpr int kImages = 450;
   const Recording none = Drive(Variant::kNone, kImages, 0, 0, 0);
-  struct Fault {
-    double way, turn;
-  };
-  for (const auto& [way, turn] : {Fault{2, 1}, Fault{0.5, 1}, Fault{1, 0}, Fault{1, -1}}) {
-    const Recording full = Drive(Variant::kFull, kImages, 0, 0, way, turn);
-    // What was mapped in the seconds before it is noticed stays bent here: there is no back-end.
-    EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.05) << way << " " << turn;
-    EXPECT_EQ(full.poses.back().reason, TrackingReason::kDrContradictsVision);
-    EXPECT_EQ(full.poses.back().status, TrackingStatus::kDegraded);
-    EXPECT_FALSE(full.keyframes.back().dr) << "no edge of it goes into the map";
-    for (size_t i = kImages - 60; i < full.poses.size(); ++i) {
-      EXPECT_EQ(full.poses[i].reason, TrackingReason::kDrContradictsVision) << i;
-    }
+  // The heading stands.
+  const Recording full = Drive(Variant::kFull, kImages, 0, 0, 1, 0);
+  // What was mapped in the seconds before it is noticed stays bent here: there is no back-end.
+  EXPECT_LT(full.errors_m.back(), none.errors_m.back() + 0.05);
+  EXPECT_EQ(full.poses.back().reason, TrackingReason::kDrContradictsVision);
+  EXPECT_EQ(full.poses.back().status, TrackingStatus::kDegraded);
+  EXPECT_FALSE(full.keyframes.back().dr) << "no edge of it goes into the map";
+  for (size_t i = kImages - 60; i < full.poses.size(); ++i) {
+    EXPECT_EQ(full.poses[i].reason, TrackingReason::kDrContradictsVision) << i;
   }
   const Recording sound = Drive(Variant::kFull, kImages, 0, 0, 1);
   for (const FramePose& pose : sound.poses) EXPECT_EQ(pose.reason, TrackingReason::kNone);
+  EXPECT_TRUE(sound.dr_fault.empty());
+}
+
+// Two seconds of dark after ten of light, in which vision has measured the constant.
+TEST(Tracker, AConstantByWhichDeadReckoningIsWrongIsTakenOutOfIt) {
+  constexpr int kImages = 420, kDark = 330, kLight = 390;
+  const Recording sound = Drive(Variant::kFull, kImages, kDark, kLight, 1);
+  for (const double way : {2.0, 0.5, 0.001, 10.0}) {
+    const Recording full = Drive(Variant::kFull, kImages, kDark, kLight, way);
+    ASSERT_TRUE(full.dr_fault.way_factor) << way;
+    EXPECT_NEAR(*full.dr_fault.way_factor * way, 1, 0.05);
+    EXPECT_FALSE(full.dr_fault.turn_factor);
+    // The robot drives a metre in the dark.
+    EXPECT_LT(full.errors_m[kLight - 1], sound.errors_m[kLight - 1] + 0.1) << way;
+    EXPECT_EQ(full.poses.back().status, TrackingStatus::kTracking);
+    EXPECT_TRUE(full.keyframes.back().dr);
+  }
+  const Recording turned = Drive(Variant::kFull, kImages, kDark, kLight, 1, -1);
+  ASSERT_TRUE(turned.dr_fault.turn_factor);
+  EXPECT_NEAR(*turned.dr_fault.turn_factor, -1, 0.05);
+  EXPECT_LT(turned.errors_m[kLight - 1], sound.errors_m[kLight - 1] + 0.15);
 }
 
 // Wheels that are reset, once. Where things look alike, a few of them fit to the wrong prediction

@@ -15,9 +15,17 @@ struct Advice {
   std::string_view action;   // as in the runbook; advice_test.cc compares the two
 };
 
-inline constexpr std::array<Advice, 19> kAdvice{{
+inline constexpr std::array<Advice, 27> kAdvice{{
     {"gw-frontend", "waiting for the map", "status of gw-backend"},
     {"gw-frontend", "no images", "gw-camera's HEALTH, USB cable"},
+    {"gw-frontend", "no map can be begun",
+     "`gw-check` a recording; look at the image in gw-view; drive to where there is texture"},
+    {"gw-frontend", "not of one instant", "synchronise the camera; depth is not used until then"},
+    {"gw-frontend", "does not move",
+     "switch the projector off, clean the lens; dead reckoning carries on"},
+    {"gw-frontend", "does not fit to where dead reckoning is",
+     "let them pass; drive on slowly: dead reckoning carries the pose; carried robots are found "
+     "again where the map is"},
     {"gw-frontend", "vision sees nothing",
      "clean the lens, light; POSE stays usable, its covariance grows"},
     {"gw-frontend", "neither vision nor dead reckoning",
@@ -26,6 +34,10 @@ inline constexpr std::array<Advice, 19> kAdvice{{
      "check wheel calibration, axes, signs and units; `gw-slam LOG --dr-only` names more"},
     {"gw-frontend", "where in the map is not known",
      "drive to where the map was made, or begin a new map"},
+    {"gw-grid", "no images", "gw-camera's HEALTH, USB cable"},
+    {"gw-grid", "have no pose", "status of gw-frontend"},
+    {"gw-grid", "kind and size", "one YAML for all, restart"},
+    {"gw-grid", "cannot be saved", "free space under `/var/lib/good-weights`"},
     {"gw-backend", "",
      "free space under `/var/lib/good-weights`; the map in memory is whole and is written as soon "
      "as "

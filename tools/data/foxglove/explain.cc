@@ -13,7 +13,7 @@ using tools::Format;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-std::string ReasonText(TrackingReason reason) {
+std::string ReasonText(TrackingReason reason, bool in_piece) {
   switch (reason) {
     case TrackingReason::kNone:
       return "";
@@ -32,7 +32,8 @@ std::string ReasonText(TrackingReason reason) {
     case TrackingReason::kTimeReversed:
       return "the image is older than the one before";
     case TrackingReason::kPlaceUnknown:
-      return "the place is not found in the map yet";
+      return in_piece ? "the place in the map is not known; the robot maps on in a piece of its own"
+                      : "the place is not found in the map yet";
     case TrackingReason::kDrContradictsVision:
       return "dead reckoning contradicts healthy vision and is not used";
     case TrackingReason::kFixedInImage:
@@ -103,25 +104,28 @@ std::string BoundName(AlphaBound bound) {
   return kNames[std::clamp(static_cast<int>(bound), 0, 5)];
 }
 
-std::string Explain(const FramePose& pose, const std::optional<FrameDetail>& detail) {
+std::string Explain(const FramePose& pose, const std::optional<FrameDetail>& detail,
+                    bool in_piece) {
   std::string text =
       Format("%d of %d features show landmarks; ", pose.num_inliers, pose.num_detected);
   text += ShareText(pose, detail);
-  const std::string reason = ReasonText(pose.reason);
+  const std::string reason = ReasonText(pose.reason, in_piece);
   const std::string bound = detail ? BoundText(detail->bound) : "";
   if (!bound.empty()) text += " (" + bound + ")";
   if (!reason.empty()) text += ": " + reason;
   return text;
 }
 
-Json WeightsMessage(const FramePose& pose, const std::optional<FrameDetail>& detail) {
+Json WeightsMessage(const FramePose& pose, const std::optional<FrameDetail>& detail,
+                    bool in_piece) {
   const auto variance = pose.cov_T_WB.diagonal();
   Json json = {{"timestamp", JsonTime(pose.utime)},
                {"utime", pose.utime.us},
                {"status", StatusName(pose.status)},
                {"status_code", static_cast<int>(pose.status)},
                {"reason", ReasonName(pose.reason)},
-               {"explanation", Explain(pose, detail)},
+               {"reason_text", ReasonText(pose.reason, in_piece)},
+               {"explanation", Explain(pose, detail, in_piece)},
                {"q", pose.q},
                {"alpha", pose.alpha},
                {"dr_share", pose.dr_share},

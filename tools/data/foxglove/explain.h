@@ -18,10 +18,13 @@ std::string ReasonName(TrackingReason reason);
 std::string BoundName(AlphaBound bound);
 
 // "3 of 120 landmarks; turn from dead reckoning 94 %, way 99 %: too few matches". detail: of the
-// same image, where the front-end sends it.
-std::string Explain(const FramePose& pose, const std::optional<FrameDetail>& detail);
+// same image, where the front-end sends it. in_piece: the pose is in a piece of the map whose place
+// is not known (docs/adr/0047-pieces-of-a-map.md).
+std::string Explain(const FramePose& pose, const std::optional<FrameDetail>& detail,
+                    bool in_piece = false);
 
 // gw.Weights.
-Json WeightsMessage(const FramePose& pose, const std::optional<FrameDetail>& detail);
+Json WeightsMessage(const FramePose& pose, const std::optional<FrameDetail>& detail,
+                    bool in_piece = false);
 
 }  // namespace gw::foxglove

@@ -28,6 +28,13 @@ TEST(Explain, DoesWithoutDetail) {
   EXPECT_EQ(Explain(pose, std::nullopt), "300 of 500 features show landmarks; dead reckoning 25 %");
 }
 
+TEST(Explain, APieceOfTheMapIsNamed) {
+  FramePose pose;
+  pose.reason = TrackingReason::kPlaceUnknown;
+  EXPECT_EQ(Explain(pose, std::nullopt, false).find("piece"), std::string::npos);
+  EXPECT_NE(Explain(pose, std::nullopt, true).find("in a piece of its own"), std::string::npos);
+}
+
 TEST(Explain, WeightsHaveAxesOnlyWhenTheyAreKnown) {
   EXPECT_FALSE(WeightsMessage(FramePose(), std::nullopt).contains("dr_share_axes"));
   FrameDetail detail;

@@ -1,9 +1,11 @@
 #include "tools/data/foxglove/map_view.h"
 
+#include <set>
+
 namespace gw::foxglove {
 
-void MapView::Take(const Keyframe& keyframe) {
-  keyframes_.try_emplace(keyframe.id, keyframe.T_WC);
+void MapView::Take(const gw::Keyframe& keyframe) {
+  keyframes_.try_emplace(keyframe.id, Keyframe{keyframe.T_WC, keyframe.piece});
 }
 
 void MapView::Take(const MapUpdate& update) {
@@ -14,11 +16,13 @@ void MapView::Take(const MapUpdate& update) {
     complete_ = true;
   } else if (update.revision <= revision_ && revision_ > 0) {
     return;  // sent again
+  } else if (update.base_revision == 0 && revision_ == 0) {
+    complete_ = true;  // the map begins with this update
   } else if (update.base_revision != revision_) {
     complete_ = false;
   }
   revision_ = update.revision;
-  for (const KeyframeUpdate& k : update.keyframes) keyframes_[k.id] = k.T_WC;
+  for (const KeyframeUpdate& k : update.keyframes) keyframes_[k.id] = {k.T_WC, k.piece};
   for (const KeyframeRemoval& r : update.removed_keyframes) {
     keyframes_.erase(r.id);
     removed_[r.id] = {r.parent, r.T_ParentC};
@@ -35,7 +39,20 @@ void MapView::Take(const MapUpdate& update) {
 
 std::optional<SE3> MapView::KeyframePose(KeyframeId id) const {
   const auto it = keyframes_.find(id);
-  return it == keyframes_.end() ? std::nullopt : std::optional(it->second);
+  return it == keyframes_.end() ? std::nullopt : std::optional(it->second.T_WC);
+}
+
+size_t MapView::num_pieces() const {
+  std::set<KeyframeId> pieces;
+  for (const auto& [id, keyframe] : keyframes_) {
+    if (keyframe.piece.valid()) pieces.insert(keyframe.piece);
+  }
+  return pieces.size();
+}
+
+bool MapView::InPiece(KeyframeId id) const {
+  const auto it = keyframes_.find(id);
+  return it != keyframes_.end() && it->second.piece.valid();
 }
 
 std::optional<SE3> MapView::PoseNow(KeyframeId id) const {

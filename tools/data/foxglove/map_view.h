@@ -21,14 +21,22 @@ class MapView {
     Eigen::Vector3f p_W;
     int num_observations = 0;
   };
+  struct Keyframe {
+    SE3 T_WC;
+    KeyframeId piece;  // as in KeyframeUpdate; invalid: the map itself
+  };
 
-  void Take(const Keyframe& keyframe);
+  void Take(const gw::Keyframe& keyframe);
   void Take(const MapUpdate& update);
 
   // Known from its begin or from a snapshot, without a gap since.
   bool complete() const { return complete_; }
   int64_t revision() const { return revision_; }
-  const std::map<KeyframeId, SE3>& keyframes() const { return keyframes_; }  // T_WC
+  const std::map<KeyframeId, Keyframe>& keyframes() const { return keyframes_; }
+  // How many there are beside the map itself (docs/adr/0047-pieces-of-a-map.md).
+  size_t num_pieces() const;
+  // The keyframe is in a piece whose place in the map is not known.
+  bool InPiece(KeyframeId id) const;
   const std::unordered_map<int64_t, Landmark>& landmarks() const { return landmarks_; }
   const std::vector<Loop>& loops() const { return loops_; }  // accepted ones
   std::optional<SE3> KeyframePose(KeyframeId id) const;
@@ -43,7 +51,7 @@ class MapView {
  private:
   bool complete_ = false;
   int64_t revision_ = 0;
-  std::map<KeyframeId, SE3> keyframes_;
+  std::map<KeyframeId, Keyframe> keyframes_;
   std::map<KeyframeId, Removed> removed_;
   std::unordered_map<int64_t, Landmark> landmarks_;
   std::vector<Loop> loops_;

@@ -32,6 +32,36 @@ TEST(MapView, ASnapshotIsTheWholeMapAndAGapIsNot) {
   EXPECT_FALSE(map.complete());
 }
 
+TEST(MapView, IsCompleteFromTheFirstUpdateOfANewMap) {
+  MapView map;
+  MapUpdate first;
+  first.revision = 1;
+  map.Take(first);
+  EXPECT_TRUE(map.complete());
+  MapView late;
+  first.base_revision = 3;
+  first.revision = 4;
+  late.Take(first);
+  EXPECT_FALSE(late.complete());
+}
+
+TEST(MapView, CountsPiecesUntilTheyAreJoined) {
+  MapView map;
+  MapUpdate update = Snapshot();
+  update.keyframes.push_back({{3}, {0}, At(3), {3}});
+  update.keyframes.push_back({{4}, {0}, At(4), {3}});
+  map.Take(update);
+  EXPECT_EQ(map.num_pieces(), 1u);
+  EXPECT_TRUE(map.InPiece({4}));
+  EXPECT_FALSE(map.InPiece({1}));
+  MapUpdate join;
+  join.base_revision = 5;
+  join.revision = 6;
+  join.keyframes = {{{3}, {0}, At(3), {}}, {{4}, {0}, At(4), {}}};
+  map.Take(join);
+  EXPECT_EQ(map.num_pieces(), 0u);
+}
+
 TEST(MapView, KeyframesThatLeftAreFoundThroughTheirParents) {
   MapView map;
   map.Take(Snapshot());

@@ -50,6 +50,22 @@ Json Transform(Utime utime, const char* parent, const char* child, const SE3& T)
           {"rotation", pose["orientation"]}};
 }
 
+Json Label(const Eigen::Vector3d& p_W, const Color& color, const std::string& text) {
+  return {{"pose", JsonPose(SE3(Eigen::Quaterniond::Identity(), p_W))},
+          {"billboard", true},
+          {"font_size", 12.0},
+          {"scale_invariant", true},
+          {"color", JsonColor(color)},
+          {"text", text}};
+}
+
+// Over the first keyframe of a piece (docs/adr/0047-pieces-of-a-map.md).
+Json PieceLabel(const Json& first) {
+  const Eigen::Vector3d above(first["x"].get<double>(), first["y"].get<double>(),
+                              first["z"].get<double>() + 0.4);
+  return Label(above, ColorOf(TrackingStatus::kRecovering), "piece, place unknown");
+}
+
 std::string StateName(HealthState state) {
   static constexpr const char* kNames[] = {"invalid", "starting", "ok", "degraded", "failed"};
   return kNames[std::clamp(static_cast<int>(state), 0, 4)];
@@ -145,11 +161,14 @@ void Translator::Take(const FrameDetail& detail) {
 
 void Translator::Take(const FramePose& pose) {
   if (detail_ && detail_->utime != pose.utime) detail_.reset();
-  if (Wants(Topic::kWeights)) Emit(Topic::kWeights, WeightsMessage(pose, detail_));
+  const bool in_piece = map_.InPiece(pose.reference_keyframe);
+  if (Wants(Topic::kWeights)) {
+    Emit(Topic::kWeights, WeightsMessage(pose, detail_, in_piece));
+  }
   if (!last_frame_ || last_frame_->status != pose.status) {
     const bool good = pose.status == TrackingStatus::kTracking;
     Log(good ? kInfo : kWarning, "gw-frontend",
-        StatusName(pose.status) + ": " + Explain(pose, detail_), pose.utime);
+        StatusName(pose.status) + ": " + Explain(pose, detail_, in_piece), pose.utime);
   }
   constexpr double kJump = 0.3;  // m; more than a robot drives between two images, at 9 m/s
   if (last_frame_ && (pose.T_WB.translation() - last_frame_->T_WB.translation()).norm() > kJump) {
@@ -358,11 +377,13 @@ void Translator::SendMap() {
 
 Json Translator::KeyframesJson() const {
   const SE3 T_CB = options_.camera ? options_.camera->rectified.T_BC.inverse() : SE3();
-  Json chain = Json::array(), ticks = Json::array(), loops = Json::array();
-  for (const auto& [id, T_WC] : map_.keyframes()) {
+  Json ticks = Json::array(), loops = Json::array();
+  std::map<KeyframeId, Json> chains;  // by piece: nothing leads from one to another
+  for (const auto& [id, keyframe] : map_.keyframes()) {
     constexpr double kTick = 0.15;  // m
-    const SE3 T_WB = T_WC * T_CB;
-    chain.push_back(JsonVector(T_WB.translation()));
+    const SE3 T_WB = keyframe.T_WC * T_CB;
+    chains.try_emplace(keyframe.piece, Json::array())
+        .first->second.push_back(JsonVector(T_WB.translation()));
     ticks.push_back(JsonVector(T_WB.translation()));
     ticks.push_back(JsonVector(T_WB * Eigen::Vector3d(kTick, 0, 0)));
   }
@@ -373,18 +394,19 @@ Json Translator::KeyframesJson() const {
     loops.push_back(JsonVector((*from * T_CB).translation()));
     loops.push_back(JsonVector((*to * T_CB).translation()));
     const Eigen::Vector3d above = (*from * T_CB).translation() + Eigen::Vector3d(0, 0, 0.4);
-    entity["texts"].push_back(
-        {{"pose", JsonPose(SE3(Eigen::Quaterniond::Identity(), above))},
-         {"billboard", true},
-         {"font_size", 12.0},
-         {"scale_invariant", true},
-         {"color", JsonColor({0.2, 0.8, 0.5, 1})},
-         {"text", Format("loop %.2f m", loop.T_correction.translation().norm())}});
+    entity["texts"].push_back(Label(above, {0.2, 0.8, 0.5, 1},
+                                    Format("loop %.2f m", loop.T_correction.translation().norm())));
   }
   const Color grey{0.55, 0.58, 0.64, 0.6}, cyan{0.35, 0.80, 0.90, 0.9}, green{0.2, 0.8, 0.5, 1};
-  entity["lines"] = {LinePrimitive(LineType::kStrip, 1, std::move(chain), grey, Json::array()),
-                     LinePrimitive(LineType::kList, 1.5, std::move(ticks), cyan, Json::array()),
+  const Color apart = ColorOf(TrackingStatus::kRecovering);
+  entity["lines"] = {LinePrimitive(LineType::kList, 1.5, std::move(ticks), cyan, Json::array()),
                      LinePrimitive(LineType::kList, 3, std::move(loops), green, Json::array())};
+  for (auto& [piece, chain] : chains) {
+    if (piece.valid()) entity["texts"].push_back(PieceLabel(chain.front()));
+    entity["lines"].push_back(LinePrimitive(LineType::kStrip, piece.valid() ? 2.5 : 1,
+                                            std::move(chain), piece.valid() ? apart : grey,
+                                            Json::array()));
+  }
   return SceneUpdate(Json::array({std::move(entity)}));
 }
 

@@ -16,6 +16,7 @@
 #include "tools/lab/bench_suite/programs.h"
 #include "tools/lab/bench_suite/report.h"
 #include "tools/lab/bench_suite/workflow.h"
+#include "tools/lab/plot/html_report.h"
 
 namespace gw::bench {
 namespace {
@@ -140,11 +141,15 @@ Result<Done> Collect(const Arguments& args) {
   if (!results) return results.error();
   const BenchReport report{*std::move(suite), *std::move(results)};
   const std::string table = RenderMarkdown(report);
+  const plot::Drawing ranking = DrawRanking(report), inputs = DrawInputs(report);
+  const auto page = plot::RenderHtml("gw-bench " + report.suite.name, {ranking, inputs}, table);
+  if (!page) return page.error();
   const std::pair<const char*, std::string> files[] = {{"table.md", table},
                                                        {"table.csv", RenderCsv(report)},
                                                        {"timing.csv", RenderTimingCsv(report)},
-                                                       {"ranking.svg", RenderRankingPlot(report)},
-                                                       {"inputs.svg", RenderInputsPlot(report)}};
+                                                       {"ranking.svg", ranking.svg},
+                                                       {"inputs.svg", inputs.svg},
+                                                       {"report.html", *page}};
   for (const auto& [name, text] : files) {
     const auto written = tools::WriteTextFile(args.out + "/" + name, text);
     if (!written) return written.error();
@@ -253,8 +258,9 @@ int main(int argc, char** argv) {
   Arguments args;
   CLI::App app(
       "Runs gw-slam on every input of a suite with every variant, several times with perturbed "
-      "starts,\nand writes table.md, table.csv, timing.csv, ranking.svg and inputs.svg. Runs that "
-      "are finished are\nnot repeated while gw-slam, log and configuration stay the same. With "
+      "starts,\nand writes table.md, table.csv, timing.csv, ranking.svg, inputs.svg and "
+      "report.html. Runs that "
+      "are\nfinished are not repeated while gw-slam, log and configuration stay the same. With "
       "--workflow a suite becomes jobs\nfor Snakemake (this machine, Slurm) and GNU parallel.\n"
       "Exit: 0 ok, 1 failed, 2 usage, 78 bad suite or scenario.");
   app.set_version_flag("--version", gw::Version());

@@ -6,7 +6,6 @@
 #include "common/core/format.h"
 #include "common/core/version.h"
 #include "tools/lab/eval/report.h"
-#include "tools/lab/plot/bars.h"
 
 namespace gw::bench {
 namespace {
@@ -320,7 +319,7 @@ std::string RenderTimingCsv(const BenchReport& report) {
   return out;
 }
 
-std::string RenderRankingPlot(const BenchReport& report) {
+plot::Drawing DrawRanking(const BenchReport& report) {
   plot::BarPanel completeness, ape;
   completeness.title = "completeness";
   completeness.x_label = "% of the inputs (hatched: not all)";
@@ -347,10 +346,10 @@ std::string RenderRankingPlot(const BenchReport& report) {
   if (!report.suite.published.empty()) {
     figure.footer.emplace_back("* published, on the recordings of the data set, not run here");
   }
-  return plot::RenderBars(figure);
+  return plot::Draw(figure);
 }
 
-std::string RenderInputsPlot(const BenchReport& report) {
+plot::Drawing DrawInputs(const BenchReport& report) {
   const std::vector<Sequence> sequences = Sequences(report.results);
   plot::BarFigure figure;
   figure.title = report.suite.name + ": every input";
@@ -377,7 +376,7 @@ std::string RenderInputsPlot(const BenchReport& report) {
     figure.panels.push_back(std::move(panel));
   }
   figure.footer = PlotFooter(report);
-  return plot::RenderBars(figure);
+  return plot::Draw(figure);
 }
 
 }  // namespace gw::bench

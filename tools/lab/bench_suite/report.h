@@ -6,6 +6,7 @@
 
 #include "tools/lab/bench_suite/protocol.h"
 #include "tools/lab/bench_suite/suite.h"
+#include "tools/lab/plot/drawing.h"
 
 namespace gw::bench {
 
@@ -21,7 +22,7 @@ std::string RenderCsv(const BenchReport& report);  // one line per run
 // Front-end time per image, a line per run. Runs on the same machine at the same time disturb it.
 std::string RenderTimingCsv(const BenchReport& report);
 // Like figure "cid_bench" of Du, Peng, Vela, "Good Weights", arXiv 2509.22910.
-std::string RenderRankingPlot(const BenchReport& report);
-std::string RenderInputsPlot(const BenchReport& report);  // a panel per input
+plot::Drawing DrawRanking(const BenchReport& report);
+plot::Drawing DrawInputs(const BenchReport& report);  // a panel per input
 
 }  // namespace gw::bench

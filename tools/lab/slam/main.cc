@@ -197,7 +197,7 @@ int Run(const Arguments& arguments) {
   }
   const std::string dr_fault = session->dr_fault();
   if (!dr_fault.empty()) {
-    std::fprintf(stderr, "gw-slam: warning: dead reckoning contradicts vision: %s\n",
+    std::fprintf(stderr, "gw-slam: warning: dead reckoning is wrong by a constant: %s\n",
                  dr_fault.c_str());
   }
   const Result<Done> written = WriteOutputs(arguments.out, *config, run, *session);

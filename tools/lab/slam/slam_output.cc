@@ -89,6 +89,7 @@ Json MapJson(const backend::Mapper& mapper) {
           {"keyframes_inserted", c.keyframes_inserted},
           {"keyframes_rejected", c.keyframes_rejected},
           {"keyframes_culled", c.keyframes_culled},
+          {"keyframes_withdrawn", c.keyframes_withdrawn},
           {"landmarks_created", c.landmarks_created},
           {"landmarks_triangulated", c.landmarks_triangulated},
           {"landmarks_merged", c.landmarks_merged},

@@ -8,7 +8,7 @@
 #include "common/core/version.h"
 #include "tools/lab/eval/evaluate.h"
 #include "tools/lab/measure/measures.h"
-#include "tools/lab/plot/svg.h"
+#include "tools/lab/plot/drawing.h"
 #include "tools/lab/study/study.h"
 
 namespace gw::study {
@@ -128,7 +128,7 @@ class AlphaSweepStudy : public Study {
                         "** times its error.\n";
       figure.panels.push_back(PanelOf(experiment, span));
     }
-    files.svg = plot::RenderSvg(figure);
+    files.drawing = plot::Draw(figure);
     return files;
   }
 

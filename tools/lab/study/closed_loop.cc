@@ -14,7 +14,7 @@
 #include "tools/lab/bench_suite/programs.h"
 #include "tools/lab/eval/evaluate.h"
 #include "tools/lab/measure/measures.h"
-#include "tools/lab/plot/svg.h"
+#include "tools/lab/plot/drawing.h"
 #include "tools/lab/study/study.h"
 
 namespace gw::study {
@@ -138,7 +138,7 @@ StudyFiles Render(const std::vector<Trial>& trials, const std::string& scenario)
     figure.panels.push_back(Picture(trial));
   }
   figure.footer = {"scenario " + scenario + ", gw-study " + Version()};
-  files.svg = plot::RenderSvg(figure);
+  files.drawing = plot::Draw(figure);
   return files;
 }
 

@@ -7,6 +7,7 @@
 #include "common/config/writer.h"
 #include "tools/data/files/hash_file.h"
 #include "tools/data/files/text_file.h"
+#include "tools/lab/plot/html_report.h"
 #include "tools/lab/slam/variant.h"
 
 namespace gw::study {
@@ -85,8 +86,12 @@ Result<Done> WriteStudy(const std::string& folder, const std::string& name,
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Error{ErrorCode::kIo, folder + ": cannot be made: " + error.message()};
-  const std::pair<const char*, const std::string*> all[] = {
-      {".md", &files.markdown}, {".csv", &files.csv}, {".svg", &files.svg}};
+  const auto report = plot::RenderHtml("gw-study " + name, {files.drawing}, files.markdown);
+  if (!report) return report.error();
+  const std::pair<const char*, const std::string*> all[] = {{".md", &files.markdown},
+                                                            {".csv", &files.csv},
+                                                            {".svg", &files.drawing.svg},
+                                                            {".html", &*report}};
   const std::string base = folder + "/" + name;
   for (const auto& [extension, text] : all) {
     const auto written = tools::WriteTextFile(base + extension, *text);

@@ -9,6 +9,7 @@
 #include "common/config/robot_config.h"
 #include "tools/lab/eval/trajectory.h"
 #include "tools/lab/measure/slam_run.h"
+#include "tools/lab/plot/drawing.h"
 #include "tools/lab/slam/run_log.h"
 
 namespace gw::study {
@@ -46,10 +47,12 @@ eval::Trajectory KeyframePoses(const backend::Map& map, const RectifiedCamera& c
 std::string Describe(const Experiment& experiment);
 
 struct StudyFiles {
-  std::string markdown, csv, svg;
+  std::string markdown, csv;
+  plot::Drawing drawing;
 };
 
-// FOLDER/NAME.md, .csv and .svg; the folder is made when missing.
+// FOLDER/NAME.md, .csv, .svg and .html, which is the report of all; the folder is made when
+// missing.
 Result<Done> WriteStudy(const std::string& folder, const std::string& name,
                         const StudyFiles& files);
 

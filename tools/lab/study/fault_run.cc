@@ -52,6 +52,7 @@ Accused AccusedBy(dr_ekf::DrDiagnosis diagnosis) {
     case kHeadingStuck:
     case kWheelTurnStuck:
     case kTrackIsOther:
+    case kWheelsTurnBackwards:
     case kWheelsNotNumbers:
     case kWheelsTwice:
     case kWheelsJumped:
@@ -117,7 +118,17 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
       },
       [&](const process::LogEvent& event) {
         now = event.received;
+        const int64_t undecodable = session->counters().undecodable;
         session->Process(event);
+        if (session->counters().undecodable > undecodable) {
+          const Accused sender = event.channel == wire::kImu      ? Accused::kImu
+                                 : event.channel == wire::kCamera ? Accused::kVision
+                                                                  : Accused::kWheels;
+          Note("undecodable", now, sender, &out.findings).in_health = true;
+        }
+        if (event.channel == wire::kCamera && !session->dr_fault().empty()) {
+          Note("constant", now, Accused::kDr, &out.findings).in_health = true;
+        }
       });
   if (!done) return done.error();
   session->Finish();

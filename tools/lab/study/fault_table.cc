@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "common/core/format.h"
-#include "tools/lab/plot/bars.h"
+#include "tools/lab/plot/drawing.h"
 
 namespace gw::study {
 namespace {
@@ -103,8 +103,8 @@ std::string Csv(FaultMatrix matrix, bool vision_healthy, const std::vector<Fault
   return out;
 }
 
-std::string Bars(FaultMatrix matrix, bool vision_healthy, const std::string& origin,
-                 const std::vector<FaultRow>& rows) {
+plot::Drawing Bars(FaultMatrix matrix, bool vision_healthy, const std::string& origin,
+                   const std::vector<FaultRow>& rows) {
   plot::BarPanel panel;
   panel.title = "error of the pose over what it may be";
   panel.x_label = "APE of `full` / bar";
@@ -126,7 +126,7 @@ std::string Bars(FaultMatrix matrix, bool vision_healthy, const std::string& ori
   figure.panel_width = 960;
   figure.panels = {panel};
   figure.footer = {origin, "hatched: every bar met"};
-  return plot::RenderBars(figure);
+  return plot::Draw(figure);
 }
 
 }  // namespace
@@ -204,7 +204,7 @@ StudyFiles RenderFaults(FaultMatrix matrix, bool vision_healthy, const std::stri
                       " | " + MissesText(v) + " |\n";
   }
   files.csv = Csv(matrix, vision_healthy, rows);
-  files.svg = Bars(matrix, vision_healthy, origin, rows);
+  files.drawing = Bars(matrix, vision_healthy, origin, rows);
   return files;
 }
 

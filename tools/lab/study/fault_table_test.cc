@@ -163,7 +163,7 @@ TEST(FaultTable, SaysWhatCameOut) {
                                         "20) | 0 | 0.0 | met |"));
   EXPECT_THAT(files.markdown, HasSubstr("**error**"));
   EXPECT_THAT(files.csv, HasSubstr("\nfault,0.1,0.1,0.2,1,0.08,"));
-  EXPECT_THAT(files.svg, HasSubstr("log x"));
+  EXPECT_THAT(files.drawing.svg, HasSubstr("log x"));
 }
 
 // A circle that is followed well, but for 3 s in the middle half a metre beside it.

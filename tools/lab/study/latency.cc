@@ -13,7 +13,7 @@
 #include "common/core/version.h"
 #include "common/wire/channels.h"
 #include "tools/lab/measure/measures.h"
-#include "tools/lab/plot/svg.h"
+#include "tools/lab/plot/drawing.h"
 #include "tools/lab/study/study.h"
 
 namespace gw::study {
@@ -121,7 +121,7 @@ class LatencyStudy : public Study {
     files.markdown += "\nRatio of the medians, full / none: **" + FormatFixed(ratio, 3) +
                       "** (single runs " + FormatFixed(*low, 3) + " - " + FormatFixed(*high, 3) +
                       ").\n";
-    files.svg = Plot(experiment, all, ratio);
+    files.drawing = Plot(experiment, all, ratio);
     return files;
   }
 
@@ -133,8 +133,8 @@ class LatencyStudy : public Study {
     return out;
   }
 
-  std::string Plot(const Experiment& experiment, const std::vector<double> (&all)[2],
-                   double ratio) const {
+  plot::Drawing Plot(const Experiment& experiment, const std::vector<double> (&all)[2],
+                     double ratio) const {
     plot::Panel panel;
     panel.title = "share of the images that took at most this long";
     panel.x_label = "front-end time, ms";
@@ -157,7 +157,7 @@ class LatencyStudy : public Study {
     figure.panel_width = 720;
     figure.panels = {panel};
     figure.footer = {Origin(experiment)};
-    return plot::RenderSvg(figure);
+    return plot::Draw(figure);
   }
 
   std::string log_, config_;

@@ -14,7 +14,7 @@
 #include "tools/data/fault/fault_injector.h"
 #include "tools/lab/eval/evaluate.h"
 #include "tools/lab/measure/measures.h"
-#include "tools/lab/plot/svg.h"
+#include "tools/lab/plot/drawing.h"
 #include "tools/lab/study/study.h"
 #include "tools/lab/study/trials.h"
 
@@ -317,7 +317,7 @@ class LocalizeStudy : public Study {
     figure.title = "Localisation in a saved map";
     figure.panels = {panel};
     figure.footer = {origin};
-    files.svg = plot::RenderSvg(figure);
+    files.drawing = plot::Draw(figure);
     return files;
   }
 

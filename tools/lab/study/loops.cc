@@ -9,7 +9,7 @@
 #include "common/core/format.h"
 #include "common/core/version.h"
 #include "tools/lab/eval/evaluate.h"
-#include "tools/lab/plot/svg.h"
+#include "tools/lab/plot/drawing.h"
 #include "tools/lab/study/revisits.h"
 #include "tools/lab/study/study.h"
 
@@ -196,13 +196,13 @@ class LoopsStudy : public Study {
       files.csv += Joined({"closure", t, ",,", before, after_graph, after}, ",");
       files.csv += "\n";
     }
-    files.svg = Plot(experiment, r, origin);
+    files.drawing = Plot(experiment, r, origin);
     return files;
   }
 
   // The way from above; where it leads along itself again, and what of that is joined.
-  static std::string Plot(const Experiment& experiment, const LoopsResult& r,
-                          const std::string& origin) {
+  static plot::Drawing Plot(const Experiment& experiment, const LoopsResult& r,
+                            const std::string& origin) {
     plot::Panel way;
     way.title = "the drive, and where it comes back";
     way.x_label = "x, m";
@@ -237,7 +237,7 @@ class LoopsStudy : public Study {
     figure.title = "Loops";
     figure.panels = {way};
     figure.footer = {origin};
-    return plot::RenderSvg(figure);
+    return plot::Draw(figure);
   }
 
   std::string log_, config_, variant_ = "full";

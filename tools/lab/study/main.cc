@@ -34,8 +34,8 @@ constexpr Command kCommands[] = {
 int Main(int argc, char** argv) {
   CLI::App app(
       "The paper's studies, localisation in a map, its loops, and faults. Each writes NAME.md, "
-      "NAME.csv\n"
-      "and NAME.svg and prints the first.\n"
+      "NAME.csv,\n"
+      "NAME.svg and the report of all, NAME.html, and prints the first.\n"
       "Exit: 0 ok, 1 failed, 2 usage, 78 bad configuration.");
   app.set_version_flag("--version", Version());
   app.require_subcommand(1);

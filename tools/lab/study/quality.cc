@@ -10,7 +10,7 @@
 #include "common/core/format.h"
 #include "common/core/version.h"
 #include "tools/lab/eval/evaluate.h"
-#include "tools/lab/plot/svg.h"
+#include "tools/lab/plot/drawing.h"
 #include "tools/lab/study/study.h"
 
 namespace gw::study {
@@ -101,7 +101,7 @@ class QualityStudy : public Study {
                   [](const QualityBin& b) { return std::optional(SeenShare(b)); }));
       figure.panels.back().y_range = {0, 1.08};
     }
-    files.svg = plot::RenderSvg(figure);
+    files.drawing = plot::Draw(figure);
     return files;
   }
 

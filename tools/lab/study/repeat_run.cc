@@ -7,7 +7,7 @@
 #include "common/core/version.h"
 #include "tools/lab/eval/evaluate.h"
 #include "tools/lab/measure/measures.h"
-#include "tools/lab/plot/svg.h"
+#include "tools/lab/plot/drawing.h"
 #include "tools/lab/study/study.h"
 
 namespace gw::study {
@@ -125,7 +125,7 @@ class RepeatRunStudy : public Study {
       files.markdown += "\n";
     }
     files.markdown += CostTable(results.back());
-    files.svg = Plot(experiment, results);
+    files.drawing = Plot(experiment, results);
     return files;
   }
 
@@ -167,7 +167,8 @@ class RepeatRunStudy : public Study {
     return out;
   }
 
-  std::string Plot(const Experiment& experiment, const std::vector<VariantResult>& results) const {
+  plot::Drawing Plot(const Experiment& experiment,
+                     const std::vector<VariantResult>& results) const {
     plot::Panel rmse, ratio;
     rmse.title = "frame RMSE";
     rmse.y_label = "m";
@@ -198,7 +199,7 @@ class RepeatRunStudy : public Study {
     for (const VariantResult& v : results) growth.push_back(v.growth);
     for (plot::Panel& panel : GrowthPanels(growth)) figure.panels.push_back(std::move(panel));
     figure.footer = {Origin(experiment)};
-    return plot::RenderSvg(figure);
+    return plot::Draw(figure);
   }
 
   std::string log_, config_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/lab/plot/svg.h"
 #include "tools/robot/floorplan/contours.h"
 
 namespace gw::demo {
@@ -55,7 +54,7 @@ void AddSeries(const RunAnalysis& run, Value&& value, Panel* panel) {
 
 }  // namespace
 
-std::string FloorChart(const RunAnalysis& run, const std::optional<floorplan::FloorMap>& map) {
+plot::Drawing FloorChart(const RunAnalysis& run, const std::optional<floorplan::FloorMap>& map) {
   plot::Figure figure;
   figure.panel_width = 1000;
   figure.panel_height = 720;
@@ -81,10 +80,10 @@ std::string FloorChart(const RunAnalysis& run, const std::optional<floorplan::Fl
   panel.series.push_back(std::move(blind));
   if (run.has_truth) panel.series.push_back(std::move(truth));
   figure.panels.push_back(std::move(panel));
-  return RenderSvg(figure);
+  return Draw(figure);
 }
 
-std::string TimeChart(const RunAnalysis& run) {
+plot::Drawing TimeChart(const RunAnalysis& run) {
   plot::Figure figure;
   figure.panel_width = 1000;
   figure.panel_height = 250;
@@ -103,10 +102,10 @@ std::string TimeChart(const RunAnalysis& run) {
         run, [](const FramePoint& f) { return f.error_m.value_or(NAN); }, &error);
     figure.panels.push_back(std::move(error));
   }
-  return RenderSvg(figure);
+  return Draw(figure);
 }
 
-std::string LatencyChart(const RunAnalysis& run) {
+plot::Drawing LatencyChart(const RunAnalysis& run) {
   std::vector<double> sorted;
   for (const FramePoint& frame : run.frames) {
     if (frame.latency_ms > 0) sorted.push_back(frame.latency_ms);
@@ -136,7 +135,7 @@ std::string LatencyChart(const RunAnalysis& run) {
     panel.x_range = {0, longest};
   }
   figure.panels.push_back(std::move(panel));
-  return RenderSvg(figure);
+  return Draw(figure);
 }
 
 }  // namespace gw::demo

@@ -1,19 +1,19 @@
-// The charts of the report, as SVG.
+// The charts of the report.
 #pragma once
 
 #include <optional>
-#include <string>
 
+#include "tools/lab/plot/drawing.h"
 #include "tools/robot/floorplan/floor_map.h"
 #include "tools/sim/demo/run_analysis.h"
 
 namespace gw::demo {
 
 // True and estimated way over the walls; where vision was blind, in another colour.
-std::string FloorChart(const RunAnalysis& run, const std::optional<floorplan::FloorMap>& map);
+plot::Drawing FloorChart(const RunAnalysis& run, const std::optional<floorplan::FloorMap>& map);
 // Q, alpha and (with truth) the position error over time, blind spans shaded.
-std::string TimeChart(const RunAnalysis& run);
+plot::Drawing TimeChart(const RunAnalysis& run);
 // From the arrival of an image to that of its pose.
-std::string LatencyChart(const RunAnalysis& run);
+plot::Drawing LatencyChart(const RunAnalysis& run);
 
 }  // namespace gw::demo

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string>
 
+#include "common/camera/camera_model.h"
 #include "common/config/loader.h"
 #include "common/core/exit_code.h"
 #include "common/core/format.h"
@@ -15,6 +16,8 @@
 #include "common/process/loop.h"
 #include "tools/lab/slam/slam_output.h"
 #include "tools/sim/demo/report.h"
+#include "tools/sim/demo/run_recorder.h"
+#include "tools/view/report/report_page.h"
 
 namespace gw::demo {
 namespace {
@@ -62,19 +65,41 @@ class Terminal {
   int shown_ = 0;
 };
 
+Result<std::optional<floorplan::FloorMap>> LoadMap(const Arguments& args) {
+  if (args.map.empty()) return std::optional<floorplan::FloorMap>();
+  auto map = floorplan::LoadFloorMap(args.map);
+  if (!map) return map.error();
+  return std::optional(*std::move(map));
+}
+
+Result<foxglove::TranslatorOptions> ViewOptions(const Arguments& args, const RobotConfig& config) {
+  foxglove::TranslatorOptions options;
+  const auto camera = MakeCameraGeometry(config.calibration);
+  if (!camera) return camera.error();
+  options.camera = *camera;
+  auto map = LoadMap(args);
+  if (!map) return map.error();
+  if (*map) {
+    options.floor = foxglove::FloorCells{(*map)->width, (*map)->height, (*map)->resolution,
+                                         (*map)->origin, std::move((*map)->occupied)};
+  }
+  return options;
+}
+
 Result<Done> WriteReport(const Arguments& args, const RobotConfig& config,
-                         const tools::Monitor& monitor, const ImageSamples& images) {
+                         const tools::Monitor& monitor, const ImageSamples& images,
+                         RunRecorder& recorder) {
   ReportInput input;
   input.title = config.robot.name;
   input.monitor = &monitor;
   input.images = &images;
   input.orb = config.frontend.orb;
-  if (!args.map.empty()) {
-    auto map = floorplan::LoadFloorMap(args.map);
-    if (!map) return map.error();
-    input.map = *std::move(map);
-  }
-  const auto html = RenderReport(input);
+  auto map = LoadMap(args);
+  if (!map) return map.error();
+  input.map = *std::move(map);
+  const std::string page = view::ReportTemplate();
+  const auto html =
+      page.empty() ? RenderPlainReport(input) : RenderReport(input, page, recorder.Messages());
   if (!html) return html.error();
   std::ofstream file(args.out, std::ios::binary);
   file << *html;
@@ -94,8 +119,12 @@ Result<Done> Run(const Arguments& args) {
   if (!bus) return bus.error();
   tools::Monitor monitor;
   ImageSamples images;
+  auto options = ViewOptions(args, *config);
+  if (!options) return options.error();
+  RunRecorder recorder(*std::move(options));
   if (const auto done = tools::Monitor::Attach(**bus, monitor); !done) return done.error();
   if (const auto done = ImageSamples::Attach(**bus, images); !done) return done.error();
+  if (const auto done = RunRecorder::Attach(**bus, recorder); !done) return done.error();
   loop->Watch((*bus)->fd());
   Terminal terminal;
   ErrorNow error;
@@ -110,7 +139,7 @@ Result<Done> Run(const Arguments& args) {
   if (!args.record.empty()) {
     if (const auto done = monitor.Write(args.record); !done) return done.error();
   }
-  return WriteReport(args, *config, monitor, images);
+  return WriteReport(args, *config, monitor, images, recorder);
 }
 
 }  // namespace

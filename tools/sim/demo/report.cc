@@ -14,6 +14,7 @@
 #include "tools/lab/slam/slam_output.h"
 #include "tools/sim/demo/base64.h"
 #include "tools/sim/demo/charts.h"
+#include "tools/view/report/report_page.h"
 
 namespace gw::demo {
 namespace {
@@ -29,22 +30,12 @@ constexpr char kStyle[] =
     "img{max-width:100%}.images{display:grid;grid-template-columns:repeat(3,1fr);gap:10px}"
     "figure{margin:0}figcaption{font-size:.85em;color:#444}";
 
-std::string Escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
+using view::EscapeHtml;
+
+using Facts = std::vector<std::pair<std::string, std::string>>;
 
 std::string Row(const std::string& name, const std::string& value) {
-  return "<tr><th>" + Escaped(name) + "</th><td>" + Escaped(value) + "</td></tr>\n";
+  return "<tr><th>" + EscapeHtml(name) + "</th><td>" + EscapeHtml(value) + "</td></tr>\n";
 }
 
 std::string SvgImage(const std::string& svg, const std::string& what) {
@@ -57,25 +48,29 @@ std::string Section(const std::string& heading, const std::string& text,
   return "<h2>" + heading + "</h2>\n" + lead + content;
 }
 
-std::string Numbers(const RunAnalysis& run, const tools::Monitor& monitor) {
-  std::string out = "<table>\n";
-  out += Row("duration, way",
-             FormatFixed(run.seconds(), 1) + " s, " + FormatFixed(run.way_m, 1) + " m");
-  out += Row("images, with a pose",
-             std::to_string(monitor.images()) + ", " +
-                 std::to_string(monitor.images() - monitor.images_without_pose()));
-  out += Row("vision blind",
-             FormatFixed(run.blind_s, 1) + " s in " + std::to_string(run.blind.size()) + " spans");
+Facts Numbers(const RunAnalysis& run, const tools::Monitor& monitor) {
+  Facts out = {
+      {"duration, way", FormatFixed(run.seconds(), 1) + " s, " + FormatFixed(run.way_m, 1) + " m"},
+      {"images, with a pose", std::to_string(monitor.images()) + ", " +
+                                  std::to_string(monitor.images() - monitor.images_without_pose())},
+      {"vision blind",
+       FormatFixed(run.blind_s, 1) + " s in " + std::to_string(run.blind.size()) + " spans"}};
   if (run.has_truth) {
-    out +=
-        Row("position error RMS, largest, at the end",
-            FormatFixed(run.error_rmse_m, 3) + " m, " + FormatFixed(run.error_max_m, 3) + " m, " +
-                FormatFixed(run.error_end_m, 3) + " m (tied to the truth at the first image)");
+    out.emplace_back("position error RMS, largest, at the end",
+                     FormatFixed(run.error_rmse_m, 3) + " m, " + FormatFixed(run.error_max_m, 3) +
+                         " m, " + FormatFixed(run.error_end_m, 3) +
+                         " m (tied to the truth at the first image)");
   }
   const auto ms = [&monitor](double q) {
     return FormatFixed(static_cast<double>(monitor.LatencyQuantile(q)) * 1e-3, 1) + " ms";
   };
-  out += Row("latency, median and 99 %", ms(0.5) + ", " + ms(0.99));
+  out.emplace_back("latency, median and 99 %", ms(0.5) + ", " + ms(0.99));
+  return out;
+}
+
+std::string FactsTable(const Facts& facts, const tools::Monitor& monitor) {
+  std::string out = "<table>\n";
+  for (const auto& [name, value] : facts) out += Row(name, value);
   for (const auto& [process, health] : monitor.NewestHealth()) {
     std::string text;
     for (const auto& [name, count] : health.counters) {
@@ -91,8 +86,8 @@ std::string Events(const RunAnalysis& run, const tools::Monitor& monitor) {
   std::string out = "<table>\n";
   for (const wire::Note& note : monitor.notes()) {
     const double t = (note.utime - run.begin).seconds();
-    out += "<tr><td>" + FormatFixed(t, 1) + " s</td><td>" + Escaped(note.key) + "</td><td>" +
-           Escaped(note.text) + "</td></tr>\n";
+    out += "<tr><td>" + FormatFixed(t, 1) + " s</td><td>" + EscapeHtml(note.key) + "</td><td>" +
+           EscapeHtml(note.text) + "</td></tr>\n";
   }
   return out + "</table>\n";
 }
@@ -151,34 +146,55 @@ Result<std::string> Picture(const ImageSamples::Sample& sample, const RunAnalysi
          "\"><figcaption>" + caption + "</figcaption></figure>\n";
 }
 
+Error NoPose() {
+  return Error{ErrorCode::kBadData,
+               "no image got a pose: is gw-frontend running, and does the camera see anything?"};
+}
+
+std::string Lead() {
+  return std::string("Good Weights ") + Version() +
+         ". Poses as they were published live, while the robot drove.";
+}
+
 }  // namespace
 
-Result<std::string> RenderReport(const ReportInput& input) {
+Result<std::string> RenderReport(const ReportInput& input, const std::string& page,
+                                 std::vector<tools::Json> messages) {
   const RunAnalysis run = Analyse(*input.monitor);
-  if (run.frames.empty()) {
-    return Error{ErrorCode::kBadData,
-                 "no image got a pose: is gw-frontend running, and does the camera see anything?"};
-  }
+  if (run.frames.empty()) return NoPose();
+  view::Report report;
+  report.title = "Run of " + input.title;
+  report.lead = Lead() +
+                " Move along a chart: the robot and the image are where they were then. Draw a "
+                "stretch of it to zoom, double click to see all again.";
+  report.facts = Numbers(run, *input.monitor);
+  report.messages = std::move(messages);
+  report.figures = {FloorChart(run, input.map).json, LatencyChart(run).json};
+  return view::RenderReport(page, report);
+}
+
+Result<std::string> RenderPlainReport(const ReportInput& input) {
+  const RunAnalysis run = Analyse(*input.monitor);
+  if (run.frames.empty()) return NoPose();
   std::string pictures;
   for (const size_t i : Choose(run, input.images->samples())) {
     const auto picture = Picture(input.images->samples()[i], run, input.orb);
     if (!picture) return picture.error();
     pictures += *picture;
   }
-  const std::string title = Escaped("Run of " + input.title);
+  const std::string title = EscapeHtml("Run of " + input.title);
   std::string page = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" +
                      title + "</title><style>" + kStyle + "</style></head><body>\n<h1>" + title +
-                     "</h1>\n<p>Good Weights " + Version() +
-                     ". Poses as they were published live, while the robot drove.</p>\n";
-  page += Numbers(run, *input.monitor);
+                     "</h1>\n<p>" + Lead() + "</p>\n" + view::kPlainNote;
+  page += FactsTable(Numbers(run, *input.monitor), *input.monitor);
   page += Section("The way", "Where the camera was blind, dead reckoning alone carried the pose.",
-                  SvgImage(FloorChart(run, input.map), "way on the floor map"));
+                  SvgImage(FloorChart(run, input.map).svg, "way on the floor map"));
   page +=
       Section("Over time",
               "Q falls when the image shows too little or too little of it is matched; alpha then "
               "raises the weight of dead reckoning. Shaded: vision is blind.",
-              SvgImage(TimeChart(run), "Q, alpha and error over time"));
-  page += Section("Latency", "", SvgImage(LatencyChart(run), "histogram of latency"));
+              SvgImage(TimeChart(run).svg, "Q, alpha and error over time"));
+  page += Section("Latency", "", SvgImage(LatencyChart(run).svg, "histogram of latency"));
   page += Section("What the camera saw", "Circles: features, as large as their pyramid level.",
                   "<div class=\"images\">\n" + pictures + "</div>\n");
   page += Section("Events", "", Events(run, *input.monitor));

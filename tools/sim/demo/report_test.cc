@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "common/process/bus.h"
 #include "common/wire/channels.h"
 #include "common/wire/wire.h"
 #include "tools/sim/demo/base64.h"
 #include "tools/sim/demo/charts.h"
+#include "tools/sim/demo/run_recorder.h"
 
 namespace gw::demo {
 namespace {
@@ -31,6 +34,7 @@ class RunOnABus : public ::testing::Test {
   void Play(bool with_truth) {
     ASSERT_TRUE(tools::Monitor::Attach(bus_, monitor_).ok());
     ASSERT_TRUE(ImageSamples::Attach(bus_, images_).ok());
+    ASSERT_TRUE(RunRecorder::Attach(bus_, recorder_).ok());
     const SE3 T_GW(ExpSO3({0, 0, 1}), {3, 2, 0});
     std::vector<uint8_t> pixels(64 * 64, 100);
     for (int i = 0; i < 100; ++i) {
@@ -69,6 +73,7 @@ class RunOnABus : public ::testing::Test {
   process::MemoryBus bus_;
   tools::Monitor monitor_;
   ImageSamples images_;
+  RunRecorder recorder_{foxglove::TranslatorOptions()};
 };
 
 TEST_F(RunOnABus, IsMeasuredAgainstTheTruth) {
@@ -94,16 +99,60 @@ TEST_F(RunOnABus, WithoutTruthItHasAWayButNoError) {
   EXPECT_FALSE(run.has_truth);
   EXPECT_NEAR(run.way_m, 4.97, 1e-6);
   EXPECT_FALSE(ErrorNow().Of(monitor_).has_value());
-  EXPECT_THAT(TimeChart(run), Not(HasSubstr("truth")));
+  EXPECT_THAT(TimeChart(run).svg, Not(HasSubstr("truth")));
 }
 
-TEST_F(RunOnABus, ThePageNeedsNothingElse) {
+TEST_F(RunOnABus, IsKeptAsTheViewerShowsIt) {
+  Play(true);
+  std::map<std::string, int> counts;
+  for (const tools::Json& message : recorder_.Messages()) ++counts[message[0].get<std::string>()];
+  EXPECT_EQ(counts["/weights"], 100);
+  EXPECT_NEAR(counts["/camera/image"], 34, 2) << "every 250 ms of 10 s at 10 Hz";
+  EXPECT_NEAR(counts["/tf"], 50, 2);
+  EXPECT_GE(counts["/trajectory"], 1);
+  EXPECT_GE(counts["/log"], 3) << "blind, sees again, and the note";
+  EXPECT_GT(counts["/error"], 50);
+}
+
+TEST_F(RunOnABus, ThePageHasTheRunInIt) {
   Play(true);
   ReportInput input;
   input.title = "run <1>";
   input.monitor = &monitor_;
   input.images = &images_;
-  const auto html = RenderReport(input);
+  const auto html = RenderReport(input, "<i>\"the data of the report\"</i>", recorder_.Messages());
+  ASSERT_TRUE(html.ok()) << html.error().message;
+  const auto data = tools::Json::parse(html->substr(3, html->size() - 7));
+  EXPECT_EQ(data["title"], "Run of run <1>");
+  EXPECT_EQ(data["facts"][2][1], "2.0 s in 1 spans");
+  EXPECT_GT(data["messages"].size(), 200u);
+  EXPECT_EQ(data["figures"].size(), 2u);
+}
+
+TEST_F(RunOnABus, ALongRunHasNoMoreImages) {
+  ASSERT_TRUE(RunRecorder::Attach(bus_, recorder_).ok());
+  std::vector<uint8_t> pixels(64 * 64, 100);
+  for (int i = 0; i < 1000; ++i) {
+    CameraFrame camera;
+    camera.utime = {1'000'000'000 + i * 500'000LL};
+    camera.seq = i + 1;
+    camera.left = {pixels.data(), 64, 64, 64, PixelFormat::kGray8};
+    camera.right = camera.left;
+    bus_.set_now(camera.utime);
+    Publish(wire::kCamera, wire::Encode(camera));
+  }
+  const size_t kept = recorder_.Messages().size();
+  EXPECT_LE(kept, RunRecorder::kMostImages);
+  EXPECT_GE(kept, RunRecorder::kMostImages / 2);
+}
+
+TEST_F(RunOnABus, ThePlainFormNeedsNothingElse) {
+  Play(true);
+  ReportInput input;
+  input.title = "run <1>";
+  input.monitor = &monitor_;
+  input.images = &images_;
+  const auto html = RenderPlainReport(input);
   ASSERT_TRUE(html.ok()) << html.error().message;
   EXPECT_THAT(*html, HasSubstr("Run of run &lt;1>"));
   EXPECT_THAT(*html, HasSubstr("a &lt; b"));
@@ -117,7 +166,7 @@ TEST_F(RunOnABus, ARunWithoutAPoseIsAnErrorThatSaysWhatToLookAt) {
   ReportInput input;
   input.monitor = &monitor_;
   input.images = &images_;
-  const auto html = RenderReport(input);
+  const auto html = RenderPlainReport(input);
   ASSERT_FALSE(html.ok());
   EXPECT_THAT(html.error().message, HasSubstr("gw-frontend"));
 }

@@ -1,10 +1,11 @@
-// Running charts over the last two minutes, with one cursor for all; spans without healthy vision are shaded.
+// Charts over the last two minutes, or over a whole run, with one cursor for all; spans without healthy vision are shaded.
+// A stretch that is drawn with the mouse is zoomed into, in all of them; a double click shows everything again.
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import {statusOf} from './status.js';
 
-const SPAN_S = 120;
 const REDRAW_MS = 200;
+const STEP_S = 0.5;  // of rows without an image
 
 // One chart: title, unit, whether logarithmic, and its lines.
 const CHARTS = [
@@ -21,10 +22,11 @@ export class Charts {
   rows = [];  // {t, status, q, ...}, by time
   origin = null;  // of the time axis
 
-  constructor(element, onCursor) {
-    this.element = element;
-    this.onCursor = onCursor;
+  // span: s that are kept.
+  constructor(element, onCursor, span) {
+    Object.assign(this, {element, onCursor, span, zoomed: false});
     this.build();
+    element.addEventListener('dblclick', () => { this.zoomed = false; this.changed = true; });
     new ResizeObserver(() => this.resize()).observe(element);
     setInterval(() => this.redraw(), REDRAW_MS);
   }
@@ -34,19 +36,22 @@ export class Charts {
     const css = getComputedStyle(document.documentElement);
     const color = (name) => css.getPropertyValue(name).trim();
     const axis = {stroke: color('--quiet'), grid: {stroke: color('--grid'), width: 1}, ticks: {show: false}, font: '11px system-ui', size: 44};
+    const powers = {...axis, filter: (u, splits) => splits.map((v) => (Number.isInteger(Math.log10(v)) ? v : null)),
+      grid: {...axis.grid, filter: (u, splits) => splits.map((v) => (Number.isInteger(Math.log10(v)) ? v : null))}};
     this.plots = CHARTS.map((chart) => {
       const box = document.createElement('div');
       this.element.append(box);
       return new uPlot({
         width: 300, height: 130, title: chart.title, pxAlign: false,
-        cursor: {sync: {key: 'gw'}, drag: {x: false, y: false}},
+        cursor: {sync: {key: 'gw'}, drag: {x: true, y: false}},
         legend: {live: true},
         scales: {x: {time: false}, y: chart.log ? {distr: 3} : chart.range ? {range: chart.range} : {range: (u, low, high) => [0, Math.max(high ?? 0, 1e-3) * 1.1]}},
-        axes: [{...axis, size: 28, values: (u, ticks) => ticks.map((t) => `${t} s`)}, axis],
-        series: [{label: 't', value: (u, v) => (v === null ? '' : `${v.toFixed(1)} s`)},
+        axes: [{...axis, size: 28, values: (u, ticks) => ticks.map((t) => `${t} s`)}, chart.log ? powers : axis],
+        series: [{label: 'at', value: (u, v) => (v == null ? '' : `${v.toFixed(1)} s`)},
           ...chart.lines.map((line) => ({label: line.label, stroke: color(line.color), width: 1.5, points: {show: false},
-            value: (u, v) => (v === null || v === undefined ? '-' : v.toPrecision(3))}))],
-        hooks: {drawClear: [(u) => this.shade(u)], setCursor: [(u) => this.cursor(u)]},
+            value: (u, v) => (v == null ? '-' : v.toPrecision(3))}))],
+        hooks: {drawClear: [(u) => this.shade(u)], setCursor: [(u) => this.cursor(u)],
+          setSelect: [() => { this.zoomed = true; }]},
       }, [[], ...chart.lines.map(() => [])], box);
     });
     this.resize();
@@ -67,7 +72,9 @@ export class Charts {
     for (let i = 1; i <= rows.length; ++i) {
       if (i < rows.length && rows[i].status === rows[from].status) continue;
       if (rows[from].status !== 'tracking') {
-        const x0 = u.valToPos(rows[from].t, 'x', true), x1 = u.valToPos(rows[Math.min(i, rows.length - 1)].t, 'x', true);
+        // Images stopped after the row before.
+        const begin = rows[from].status === 'no_images' ? Math.max(from - 1, 0) : from;
+        const x0 = u.valToPos(rows[begin].t, 'x', true), x1 = u.valToPos(rows[Math.min(i, rows.length - 1)].t, 'x', true);
         context.fillStyle = `${statusOf(rows[from].status).color}33`;
         context.fillRect(x0, u.bbox.top, Math.max(x1 - x0, 1), u.bbox.height);
       }
@@ -87,9 +94,22 @@ export class Charts {
     this.origin ??= time;
     const t = time - this.origin;
     if (this.rows.length && t < this.rows.at(-1).t) this.rows = [];
-    this.rows.push({t, status: m.status, q: m.q, dr: m.dr_share, alpha: m.alpha || null, alphaWay: m.alpha_translation || null,
+    this.lastImage = t;
+    this.add({t, status: m.status, q: m.q, dr: m.dr_share, alpha: m.alpha || null, alphaWay: m.alpha_translation || null,
       error: this.error ?? null, sigma: m.sigma_position_m < 5 ? m.sigma_position_m : null, latency: m.latency_ms});
-    while (this.rows.length && this.rows[0].t < t - SPAN_S) this.rows.shift();
+  }
+
+  // Rows without an image, so that the charts go on and show it. seconds: since the last one; 0: they come.
+  goOn(seconds) {
+    const t = this.lastImage + seconds;
+    if (seconds > 0 && this.rows.length > 0 && t > this.rows.at(-1).t + STEP_S) {
+      this.add({t, status: 'no_images', error: this.error ?? null});
+    }
+  }
+
+  add(row) {
+    this.rows.push(row);
+    while (this.rows.length && this.rows[0].t < row.t - this.span) this.rows.shift();
     this.changed = true;
   }
 
@@ -102,7 +122,12 @@ export class Charts {
     this.changed = false;
     this.drawn = this.rows.slice();
     const t = this.drawn.map((row) => row.t);
-    this.plots.forEach((plot, i) => plot.setData([t, ...CHARTS[i].lines.map(({key}) => this.drawn.map((row) => row[key]))]));
+    this.plots.forEach((plot, i) => {
+      plot.setData([t, ...CHARTS[i].lines.map(({key}) => this.drawn.map((row) => row[key] ?? null))], !this.zoomed);
+      if (this.zoomed) plot.redraw();
+      // Without a cursor the legend shows the newest values.
+      if (!(plot.cursor.left >= 0) && t.length > 0) plot.setLegend({idx: t.length - 1});
+    });
     this.element.dataset.points = Number(this.element.dataset.points ?? 0) + 1;
     this.element.dataset.last = t.at(-1);
   }

@@ -5,7 +5,7 @@ const RETRY_MS = 1000;
 const decoder = new TextDecoder();
 
 export class Connection {
-  // handlers: topic -> function(message); events: opened(info), lost(), parameters(list).
+  // handlers: topic -> function(message, received), received: s, by gw-view's clock or that of the log; events: opened(info), lost(), parameters(list).
   constructor(url, handlers, events) {
     Object.assign(this, {url, handlers, events});
     this.connect();
@@ -26,9 +26,9 @@ export class Connection {
         topics.set(client.subscribe(channel.id), channel.topic);
       }
     });
-    client.on('message', ({subscriptionId, data}) => {
+    client.on('message', ({subscriptionId, timestamp, data}) => {
       const topic = topics.get(subscriptionId);
-      if (topic) this.handlers[topic](JSON.parse(decoder.decode(data)));
+      if (topic) this.handlers[topic](JSON.parse(decoder.decode(data)), Number(timestamp) * 1e-9);
     });
     client.on('error', () => {});
     client.on('close', () => {

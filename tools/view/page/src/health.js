@@ -1,21 +1,34 @@
 // Health of the processes, what is worst first; and what happened.
-const ORDER = ['silent', 'failed', 'degraded', 'starting', 'ok'];
-const LOG_LINES = 60;
+import {gradeOf, ORDER} from './verdict.js';
+
 const LOSSES = /lost|dropped|undecodable|exceptions|unsent|rejected/;
 
-function cell(row, text, className) {
-  const td = row.insertCell();
-  td.textContent = text;
-  if (className) td.className = className;
-  return td;
+function line(parent, text, className) {
+  const div = document.createElement('div');
+  div.textContent = text;
+  div.className = className;
+  parent.append(div);
+}
+
+// The HEALTH message often ends with the same advice as the runbook's.
+function says(message, action) {
+  return message.includes(action.split(/[;(]/)[0].trim());
+}
+
+function describe(cell, m) {
+  if (m.message) line(cell, m.message, 'message');
+  for (const counter of m.counters) {
+    if (counter.grew && LOSSES.test(counter.name)) line(cell, `${counter.name} grows: ${counter.value}`, 'warning');
+  }
+  if (m.action && !says(m.message, m.action)) line(cell, `to do: ${m.action}`, 'action');
 }
 
 export class Health {
   processes = new Map();
 
-  constructor(table, log) {
-    this.table = table;
-    this.log = log;
+  // lines: of the log that are kept.
+  constructor(list, log, lines) {
+    Object.assign(this, {list, log, lines});
   }
 
   take(message) {
@@ -25,31 +38,20 @@ export class Health {
 
   draw() {
     const all = [...this.processes.values()].sort((a, b) =>
-      ORDER.indexOf(a.state) - ORDER.indexOf(b.state) || a.process.localeCompare(b.process));
-    const body = document.createElement('tbody');
-    for (const m of all) {
-      const row = body.insertRow();
-      row.dataset.process = m.process;
-      row.dataset.state = m.state;
-      cell(row, m.process);
-      cell(row, m.state, `state ${m.state}`);
-      cell(row, m.state === 'silent' ? '' : m.latency_p99_ms.toFixed(1), 'number');
-      const what = cell(row, m.message);
-      for (const counter of m.counters) {
-        if (!counter.grew || !LOSSES.test(counter.name)) continue;
-        const line = document.createElement('div');
-        line.className = 'warning';
-        line.textContent = `${counter.name} grows: ${counter.value}`;
-        what.append(line);
-      }
-      if (m.action) {
-        const action = document.createElement('div');
-        action.className = 'action';
-        action.textContent = m.action;
-        what.append(action);
-      }
-    }
-    this.table.replaceChildren(...body.children);
+      ORDER.indexOf(gradeOf(a)) - ORDER.indexOf(gradeOf(b)) || a.process.localeCompare(b.process));
+    this.list.replaceChildren(...all.map((m) => {
+      const item = document.createElement('li');
+      item.dataset.process = m.process;
+      item.dataset.state = m.state;
+      const head = document.createElement('div');
+      head.className = 'process';
+      line(head, m.process, 'name');
+      line(head, gradeOf(m) === 'remark' ? 'ok, but:' : m.state, `state ${gradeOf(m)}`);
+      if (m.state !== 'silent' && m.latency_p99_ms > 0) line(head, `p99 ${m.latency_p99_ms.toFixed(1)} ms`, 'quiet');
+      item.append(head);
+      describe(item, m);
+      return item;
+    }));
   }
 
   takeLog(message) {
@@ -58,11 +60,12 @@ export class Health {
     item.textContent = `${time} ${message.name}: ${message.message}`;
     item.className = `level${message.level}`;
     this.log.prepend(item);
-    while (this.log.children.length > LOG_LINES) this.log.lastChild.remove();
+    while (this.log.children.length > this.lines) this.log.lastChild.remove();
   }
 
   clear() {
     this.processes.clear();
+    this.log.replaceChildren();
     this.draw();
   }
 }

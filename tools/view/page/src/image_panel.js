@@ -1,9 +1,8 @@
-// The camera image with its features, and the shares of dead reckoning in its pose. Remembers the last minute, so that
-// the image under the cursor of the charts can be looked at.
+// The camera image with its features, and the shares of dead reckoning in its pose. Remembers images, so that
+// the one under the cursor of the charts can be looked at.
 import {fromBase64, secondsOf} from './bytes.js';
 import {statusOf} from './status.js';
 
-const REMEMBERED = 600;  // images, at most 10 a second
 const FATES = ['unmatched', 'inlier', 'outlier', 'new'];
 const AXES = ['forward', 'left', 'up', 'roll', 'pitch', 'yaw'];
 
@@ -12,8 +11,11 @@ export class ImagePanel {
   shown = null;
   held = null;  // time under the cursor
 
-  constructor({canvas, note, counts, shares, explanation}) {
-    Object.assign(this, {canvas, note, counts, shares, explanation});
+  silence = 0;  // s without an image's pose
+
+  // remembered: images, of which at most 10 come in a second.
+  constructor({canvas, note, counts, shares, explanation, remembered}) {
+    Object.assign(this, {canvas, note, counts, shares, explanation, remembered});
     this.context = canvas.getContext('2d');
     shares.innerHTML = AXES.map((axis) => `<div class="share"><span>${axis}</span><i><b></b></i><output></output></div>`).join('');
   }
@@ -21,7 +23,7 @@ export class ImagePanel {
   takeImage(message) {
     const blob = new Blob([fromBase64(message.data)], {type: 'image/jpeg'});
     this.images.push({time: secondsOf(message.timestamp), blob, features: null, weights: null});
-    if (this.images.length > REMEMBERED) this.images.shift();
+    if (this.images.length > this.remembered) this.images.shift();
     this.canvas.dataset.count = Number(this.canvas.dataset.count ?? 0) + 1;
     // Shown with its features when they come; without, when they do not.
     clearTimeout(this.late);
@@ -70,8 +72,7 @@ export class ImagePanel {
       this.context.drawImage(bitmap, 0, 0);
       bitmap.close();
       this.drawFeatures(image.features ?? []);
-      this.note.hidden = this.held === null;
-      if (this.held !== null) this.note.textContent = 'image under the cursor';
+      this.label();
       this.showWeights(image.weights);
     } catch {
       this.note.hidden = false;
@@ -79,6 +80,21 @@ export class ImagePanel {
     } finally {
       this.drawing = false;
     }
+  }
+
+  // An old image does not look like a new one.
+  setSilence(seconds) {
+    this.silence = seconds;
+    this.label();
+  }
+
+  label() {
+    if (this.images.length === 0) return;
+    const old = this.held === null && this.silence > 0;
+    this.canvas.classList.toggle('old', old);
+    this.note.hidden = this.held === null && !old;
+    this.note.classList.toggle('alarm', old);
+    this.note.textContent = old ? `no image for ${Math.round(this.silence)} s` : 'image under the cursor';
   }
 
   drawFeatures(groups) {
@@ -112,5 +128,6 @@ export class ImagePanel {
   clear() {
     this.images = [];
     this.held = null;
+    this.silence = 0;
   }
 }

@@ -59,14 +59,17 @@ async function onALog(page) {
   await expect('pause', page, () => document.getElementById('pause').textContent === 'play');
   await page.$eval('#seek', (bar) => { bar.value = 14; bar.dispatchEvent(new Event('input')); bar.dispatchEvent(new Event('change')); });
   await expect('seek to the blind span', page, () => Math.abs(Number(document.getElementById('playback').dataset.position) - 14) < 0.1);
-  await page.$eval('#speed', (list) => { list.value = '2'; list.dispatchEvent(new Event('change')); });
+  await page.$eval('#speed', (list) => { list.value = '0.5'; list.dispatchEvent(new Event('change')); });
   await page.$eval('#pause', (button) => button.click());
   await expect('shows that it is blind', page, () => document.getElementById('tracking').dataset.status === 'dr_only');
   await expect('explains why', page, () => document.getElementById('explanation').textContent.includes('dark, blank or covered'));
   await expect('says what to do', page, () => document.querySelector('[data-process=gw-frontend] .action')?.textContent.includes('clean the lens'));
   await page.screenshot({path: `${out}/log.png`});
+  await page.$eval('#speed', (list) => { list.value = '2'; list.dispatchEvent(new Event('change')); });
   await page.$eval('#seek', (bar) => { bar.value = 27; bar.dispatchEvent(new Event('change')); });
   await expect('a process that fell silent is named', page, () => document.querySelector('[data-process=gw-backend]')?.dataset.state === 'silent');
+  await expect('the worst is named first', page, () => document.getElementById('worst').textContent.startsWith('gw-backend'));
+  await expect('says when images have stopped', page, () => document.getElementById('tracking').dataset.status.startsWith('no_'));
   await end(server);
 }
 

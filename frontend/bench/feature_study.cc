@@ -25,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/median.h"
 #include "frontend/core/features/depth_lookup.h"
 #include "frontend/core/features/descriptor_sampler.h"
 #include "frontend/core/features/feature_frame.h"
@@ -118,15 +119,13 @@ std::vector<Match> MutualMatches(const FeatureFrame& a, const FeatureFrame& b) {
 }
 
 double Median(std::vector<double> v) {
-  if (v.empty()) return 0;
-  std::nth_element(v.begin(), v.begin() + static_cast<ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
+  return v.empty() ? 0 : MedianOf(&v);
 }
 
 // Standard deviation of a normal distribution with the same median absolute value.
 double RobustSigma(std::vector<double> v) {
   for (double& x : v) x = std::abs(x);
-  return 1.4826 * Median(v);
+  return kSigmaOverMedian * Median(v);
 }
 
 struct Stats {

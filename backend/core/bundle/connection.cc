@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "backend/core/bundle/paper_connection.h"
+#include "common/core/median.h"
 #include "common/good_weights/alpha.h"
 #include "common/good_weights/quality.h"
 
@@ -95,9 +96,7 @@ double ConnectionReference(const Map& map, const DrWeightConfig& config) {
     if (counts.size() == kReferenceKeyframes) break;
   }
   if (counts.size() < 3) return kInitialConnectionReference;
-  const auto middle = counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2);
-  std::nth_element(counts.begin(), middle, counts.end());
-  return std::max(kInitialConnectionReference, *middle);
+  return std::max(kInitialConnectionReference, MedianOf(&counts));
 }
 
 double DrEdgeScale(const Map& map, const MappingContext& context, KeyframeId to,

@@ -103,13 +103,6 @@ void AddObservations(const Map& map, const MappingContext& context,
   }
 }
 
-// The first keyframe of a piece holds the piece in place.
-bool BeginsPiece(const Map& map, KeyframeId id) {
-  const KeyframeId piece = map.PieceOf(id);
-  if (piece.valid()) return id == piece;
-  return id == map.keyframes().begin()->first;
-}
-
 DrMotion MotionTo(const MappingContext& context, const MapKeyframe& to) {
   return CameraMotion(*to.frame.dr, context.camera.T_BC, context.dr_weight);
 }
@@ -138,7 +131,8 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
        Onlookers(map, landmarks, window, context.config.local_fixed_keyframes)) {
     fixed[id] = true;
   }
-  for (const KeyframeId id : window) fixed[id] = BeginsPiece(map, id);
+  const std::map<KeyframeId, KeyframeId> first_of = map.FirstOfPieces();
+  for (const KeyframeId id : window) fixed[id] = first_of.at(map.PieceOf(id)) == id;
   for (const KeyframeId id : window) {
     if (!use_dr) break;
     const MapKeyframe& keyframe = *map.FindKeyframe(id);
@@ -193,11 +187,11 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
   job.function_tolerance = kGlobalTolerance;
   job.settle_landmarks = context.dr_weight.Departs(Departure::kSettle);
   Index index;
-  std::set<KeyframeId> pieces;
+  const std::map<KeyframeId, KeyframeId> first_of = map.FirstOfPieces();
   for (const auto& [id, keyframe] : map.keyframes()) {
     index[id] = static_cast<int32_t>(job.keyframes.size());
-    const bool begins = pieces.insert(keyframe.frame.piece).second;
-    job.keyframes.push_back({id, keyframe.frame.T_WC, begins});
+    const bool holds = first_of.at(keyframe.frame.piece) == id;
+    job.keyframes.push_back({id, keyframe.frame.T_WC, holds});
   }
   AddObservations(map, context, map.SortedLandmarkIds(), index, job);
   if (!DrInGlobalBa(context.variant)) return job;

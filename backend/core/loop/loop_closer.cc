@@ -151,18 +151,19 @@ LoopGraphJob LoopCloser::CutGraph(const Map& map, const MappingContext& context,
   std::erase_if(job.loops, [&](const Loop& l) { return !InMap(map, l); });
   job.loops.push_back(loop);
   Index index;
-  std::map<KeyframeId, int32_t> newest_of;  // each piece, while walking through the map
+  const std::map<KeyframeId, KeyframeId> first_of = map.FirstOfPieces();
   for (const auto& [id, keyframe] : map.keyframes()) {
     const auto node = static_cast<int32_t>(job.ids.size());
-    const bool begins = newest_of.try_emplace(keyframe.frame.piece, node).second;
     index[id] = node;
-    job.graph.nodes.push_back({keyframe.frame.T_WC, begins});
+    job.graph.nodes.push_back({keyframe.frame.T_WC, first_of.at(keyframe.frame.piece) == id});
     job.ids.push_back(id);
   }
   const double reference = ConnectionReference(map, context.dr_weight);
+  std::map<KeyframeId, int32_t> newest_of;  // each piece, while walking through the map
   for (const auto& [id, keyframe] : map.keyframes()) {
     const int32_t to = index.at(id);
-    const int32_t before = std::exchange(newest_of.at(keyframe.frame.piece), to);
+    const int32_t before =
+        std::exchange(newest_of.try_emplace(keyframe.frame.piece, to).first->second, to);
     const std::vector<KeyframeId> ties = OlderTies(map, id);
     for (const KeyframeId other : ties) {
       const int32_t from = index.at(other);

@@ -110,10 +110,10 @@ std::vector<std::pair<KeyframeId, int32_t>> Map::Neighbours(KeyframeId id, int m
   return out;
 }
 
-std::vector<KeyframeId> Map::Pieces() const {
-  std::set<KeyframeId> out;
-  for (const auto& [id, keyframe] : keyframes_) out.insert(keyframe.frame.piece);
-  return {out.begin(), out.end()};
+std::map<KeyframeId, KeyframeId> Map::FirstOfPieces() const {
+  std::map<KeyframeId, KeyframeId> first;
+  for (const auto& [id, keyframe] : keyframes_) first.try_emplace(keyframe.frame.piece, id);
+  return first;
 }
 
 bool Map::IsInPieces() const {

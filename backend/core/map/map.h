@@ -62,8 +62,10 @@ class Map {
   // The piece that a keyframe belongs to. Precondition: it is in the map. Landmarks belong to the
   // piece of their observers, which is one: pieces share nothing until they are joined.
   KeyframeId PieceOf(KeyframeId id) const { return keyframes_.at(id).frame.piece; }
-  // The pieces there are, sorted; the map itself (an invalid id) first, if it has keyframes.
-  std::vector<KeyframeId> Pieces() const;
+  // The pieces there are, the map itself (an invalid id) first, if it has keyframes, and the first
+  // keyframe of each: the oldest that is still there, which holds its piece in place where nothing
+  // else does. (The one that named the piece may have been culled or cropped away.)
+  std::map<KeyframeId, KeyframeId> FirstOfPieces() const;
   // Are there several?
   bool IsInPieces() const;
 

@@ -126,8 +126,9 @@ int CullYoungLandmarks(Map& map, const MappingContext& context) {
 int CullRedundantKeyframes(Map& map, const MappingContext& context) {
   if (map.keyframes().size() <= kNewest + 1) return 0;
   const auto settled = std::next(map.keyframes().rbegin(), kNewest);
-  const KeyframeId first = map.keyframes().begin()->first;
-  std::vector<KeyframeId> candidates{settled->first};
+  const KeyframeId first = map.FirstOfPieces().at(settled->second.frame.piece);
+  std::vector<KeyframeId> candidates;
+  if (settled->first != first) candidates.push_back(settled->first);
   const auto& covisible = settled->second.covisible;
   for (auto it = covisible.rbegin(); it != covisible.rend(); ++it) {
     if (it->first < settled->first && it->first != first) candidates.push_back(it->first);

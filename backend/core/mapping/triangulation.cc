@@ -5,6 +5,7 @@
 
 #include "backend/core/mapping/landmark_state.h"
 #include "backend/core/mapping/matching.h"
+#include "common/core/median.h"
 
 namespace gw::backend {
 namespace {
@@ -87,10 +88,7 @@ double MedianDepth(const Map& map, const MapKeyframe& keyframe) {
   for (const LandmarkId id : keyframe.frame.landmarks) {
     if (id.valid()) depths.push_back((T_CW * map.FindLandmark(id)->p_W).z());
   }
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return *middle;
+  return depths.empty() ? 0 : MedianOf(&depths);
 }
 
 // Squared distance of a pixel to the line through two others; to the point when they coincide.

@@ -53,7 +53,7 @@ TEST(MapEdit, TwoMapsInOneAreTwoPieces) {
   EXPECT_EQ(faults.count, 0) << faults.texts[0];
   EXPECT_EQ(both.keyframes().size(), 12u);
   EXPECT_EQ(both.num_landmarks(), a.num_landmarks() + b.num_landmarks());
-  EXPECT_EQ(both.Pieces(), (std::vector<KeyframeId>{{}, {6}}));
+  EXPECT_EQ(both.FirstOfPieces(), (std::map<KeyframeId, KeyframeId>{{{}, {1}}, {{6}, {6}}}));
   for (int k = 1; k <= 7; ++k) {
     const MapKeyframe& of_b = *both.FindKeyframe({5 + k});
     EXPECT_EQ(of_b.frame.T_WC.translation(), b.FindKeyframe({k})->frame.T_WC.translation());
@@ -70,7 +70,7 @@ TEST(MapEdit, AJoinedPieceMovesAsAWhole) {
   both.JoinPiece({5}, {}, T_AB);
   const MapUpdate update = both.Commit();
   EXPECT_EQ(CheckMap(both).count, 0);
-  EXPECT_EQ(both.Pieces(), (std::vector<KeyframeId>{{}}));
+  EXPECT_EQ(both.FirstOfPieces(), (std::map<KeyframeId, KeyframeId>{{{}, {1}}}));
   EXPECT_EQ(update.keyframes.size(), 6u);
   EXPECT_EQ(update.landmarks.size(), b.num_landmarks());
   const LandmarkId of_b = b.SortedLandmarkIds().front();

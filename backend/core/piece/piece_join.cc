@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/vision/same_place.h"
+
 namespace gw::backend {
 namespace {
-
-// Two sights agree when they put a keyframe at the same pose this well: a fixed part for the fits,
-// and one that grows with the way between them, along which the pieces drift. Those of the place
-// answers (docs/adr/0009-loops-and-relocalisation.md).
-constexpr double kAgreeTranslation = 0.15;  // m
-constexpr double kAgreeRotation = 0.06;     // rad
-constexpr double kAgreePerMetre = 0.05;
 
 // What a sight says of its two pieces. The frame of the map itself stays, else of the older piece.
 struct Claim {
@@ -36,9 +31,7 @@ bool SamePieces(const Claim& a, const Claim& b) {
 
 bool Agree(const Claim& a, const Claim& b) {
   const SE3 error = (a.T_IntoFrom * b.T_FromC).inverse() * (b.T_IntoFrom * b.T_FromC);
-  const double way = (a.T_FromC.inverse() * b.T_FromC).translation().norm();
-  return error.translation().norm() < kAgreeTranslation + kAgreePerMetre * way &&
-         LogSO3(error.rotation()).norm() < kAgreeRotation + kAgreePerMetre * way;
+  return SamePlace(error, (a.T_FromC.inverse() * b.T_FromC).translation().norm());
 }
 
 }  // namespace

@@ -60,9 +60,7 @@ int StereoMatcher::MostSimilar(const StereoSide& left, size_t i, const StereoSid
   const int last_row = std::clamp(static_cast<int>(std::ceil(k.v + reach)), 0, height_ - 1);
   int best_distance = kMaxHamming;
   int best = -1;
-  for (int c = row_begin_[static_cast<size_t>(first_row)];
-       c < row_begin_[static_cast<size_t>(last_row) + 1]; ++c) {
-    const InRow& r = by_row_[static_cast<size_t>(c)];
+  for (const InRow& r : InRows(first_row, last_row)) {
     if (std::abs(r.level - k.level) > kMaxLevelStep) continue;
     const float coarser = right.pyramid.scale_y(std::max<int>(r.level, k.level));
     if (std::abs(r.v - k.v) > kRowTolerance * coarser) continue;
@@ -138,9 +136,7 @@ void StereoMatcher::MeasureRowOffsets(const StereoSide& left, const StereoSide& 
     int best = -1;
     int distance = kUnmistakable + 1;
     int second = 257;
-    for (int c = row_begin_[static_cast<size_t>(first_row)];
-         c < row_begin_[static_cast<size_t>(last_row) + 1]; ++c) {
-      const InRow& r = by_row_[static_cast<size_t>(c)];
+    for (const InRow& r : InRows(first_row, last_row)) {
       if (std::abs(r.level - k.level) > kMaxLevelStep) continue;
       if (k.u - r.u < -reach || k.u - r.u > max_disparity_ + reach) continue;
       const int d =

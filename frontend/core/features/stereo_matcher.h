@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/camera/camera_model.h"
@@ -53,6 +54,11 @@ class StereoMatcher {
     int index;
   };
   std::vector<InRow> by_row_;  // sorted by row
+  // Those of the rows first to last. Preconditions: 0 <= first, last < height_.
+  std::span<const InRow> InRows(int first, int last) const {
+    const int begin = row_begin_[static_cast<size_t>(first)];
+    return {by_row_.data() + begin, by_row_.data() + row_begin_[static_cast<size_t>(last) + 1]};
+  }
 };
 
 }  // namespace gw::frontend

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/vision/same_place.h"
+
 namespace gw::frontend {
 namespace {
 
@@ -11,18 +13,8 @@ constexpr double kSmallRotation = 0.2;     // rad
 constexpr DurationUs kInARow = Milliseconds(300);
 // A fall of the inliers to less than this share, and to no more than chance gives, is a break.
 constexpr double kCollapse = 0.25;
-// Two answers agree when dead reckoning leads from one to the other this well: a fixed part for
-// the answers, and one that grows with the way between them.
-constexpr double kAgreeTranslation = 0.15;  // m
-constexpr double kAgreeRotation = 0.06;     // rad
-constexpr double kAgreePerMetre = 0.05;
 
 }  // namespace
-
-bool SamePlace(const SE3& error, double way) {
-  return error.translation().norm() < kAgreeTranslation + kAgreePerMetre * way &&
-         LogSO3(error.rotation()).norm() < kAgreeRotation + kAgreePerMetre * way;
-}
 
 bool InARow(DurationUs time, const SE3& motion) {
   return time <= kInARow && motion.translation().norm() < kSmallTranslation &&

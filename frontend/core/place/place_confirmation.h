@@ -21,10 +21,6 @@
 
 namespace gw::frontend {
 
-// True when two poses that dead reckoning says are the same (error between them) are one place.
-// way: m, that lies between them.
-bool SamePlace(const SE3& error, double way = 0);
-
 // True when so little time and motion lie between two images that they must show the same scene.
 bool InARow(DurationUs time, const SE3& motion);
 

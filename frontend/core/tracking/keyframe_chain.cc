@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "common/core/median.h"
 #include "frontend/core/tracking/keyframe_policy.h"
 
 namespace gw::frontend {
@@ -36,10 +37,7 @@ bool KeyframeChain::WantsNext(Utime utime, const FeatureFrame& frame, const Foun
     e.num_close_tracked = std::min(close, matchable);
     e.num_close_untracked = close - e.num_close_tracked;
   }
-  if (!depths.empty()) {
-    std::nth_element(depths.begin(), depths.begin() + depths.size() / 2, depths.end());
-    e.median_depth_m = depths[depths.size() / 2];
-  }
+  if (!depths.empty()) e.median_depth_m = MedianOf(&depths);
   e.unmatched_images = unmatched_images_;
   e.translation_m = T_CkeyC_.translation().norm();
   e.rotation_rad = LogSO3(T_CkeyC_.rotation()).norm();

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/good_weights/vision_noise.h"
+#include "common/vision/same_place.h"
 #include "frontend/core/place/recovery.h"
 
 namespace gw::frontend {

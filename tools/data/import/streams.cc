@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "common/core/median.h"
 #include "tools/data/files/format.h"
 
 namespace gw::importer {
@@ -48,9 +49,8 @@ double MedianRateHz(const std::vector<Utime>& times) {
   const size_t step = times.size() < 30 ? 1 : 10;
   std::vector<int64_t> spans;
   for (size_t i = step; i < times.size(); ++i) spans.push_back((times[i] - times[i - step]).us);
-  const auto middle = spans.begin() + static_cast<int64_t>(spans.size() / 2);
-  std::nth_element(spans.begin(), middle, spans.end());
-  return *middle > 0 ? 1e6 * static_cast<double>(step) / static_cast<double>(*middle) : 0;
+  const int64_t median = MedianOf(&spans);
+  return median > 0 ? 1e6 * static_cast<double>(step) / static_cast<double>(median) : 0;
 }
 
 }  // namespace gw::importer

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "common/camera/depth_sensors.h"
+#include "common/core/median.h"
 #include "tools/data/files/faults.h"
 #include "tools/data/files/format.h"
 #include "tools/data/import/image_list.h"
@@ -153,12 +154,11 @@ void WarnOfDepthUnit(const Image& depth, Recording& recording) {
     if (value > 0) values.push_back(value);
   }
   if (values.empty()) return;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
+  const int median = MedianOf(&values);
   recording.warnings.push_back(tools::Format(
       "depth is ASSUMED in TUM's unit of 1/5000 m: the first image's median is then %.2f "
       "m; with --depth-unit 0.001 (millimetres, as of a RealSense) it would be %.2f m",
-      *middle * kTumDepthUnit, *middle * kMillimetre));
+      median * kTumDepthUnit, median * kMillimetre));
 }
 
 // What is assumed of the camera must fit the images, or is said.

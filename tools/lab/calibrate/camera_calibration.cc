@@ -10,6 +10,7 @@
 #include <opencv2/calib3d.hpp>
 #include <set>
 
+#include "common/core/median.h"
 #include "tools/data/files/format.h"
 #include "tools/lab/calibrate/tag_corners.h"
 
@@ -295,8 +296,7 @@ bool LeaveOutOddViews(const Board& board, LensModel model, State* state,
     rms.push_back(ViewRms(board, model, *state, v, (*views)[v]));
   }
   std::vector<double> sorted = rms;
-  std::nth_element(sorted.begin(), sorted.begin() + std::ssize(sorted) / 2, sorted.end());
-  const double limit = kOddView * sorted[sorted.size() / 2];
+  const double limit = kOddView * MedianOf(&sorted);
   State kept_state = *state;
   kept_state.boards.clear();
   std::vector<BoardView> kept;

@@ -8,6 +8,8 @@
 #include <limits>
 #include <optional>
 
+#include "common/core/median.h"
+
 namespace gw::calibrate {
 namespace {
 
@@ -202,9 +204,7 @@ std::array<double, kKinds> MeasureNoise(const std::vector<Step>& steps, const Se
   }
   std::array<double, kKinds> noise{};
   for (size_t k = 0; k < kKinds; ++k) {
-    const auto middle = sizes[k].begin() + std::ssize(sizes[k]) / 2;
-    std::nth_element(sizes[k].begin(), middle, sizes[k].end());
-    noise[k] = std::max(1.4826 * *middle, 1e-5);
+    noise[k] = std::max(kSigmaOverMedian * MedianOf(&sizes[k]), 1e-5);
   }
   return noise;
 }

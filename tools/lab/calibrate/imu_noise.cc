@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "common/core/median.h"
 #include "tools/data/files/format.h"
 
 namespace gw::calibrate {
@@ -29,18 +30,12 @@ struct Second {
   bool still = true;
 };
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double MedianSpacing(const std::vector<ImuSample>& imu) {
   std::vector<double> spacings;
   for (size_t i = 1; i < imu.size(); ++i) {
     spacings.push_back((imu[i].utime - imu[i - 1].utime).seconds());
   }
-  return MedianOf(std::move(spacings));
+  return MedianOf(&spacings);
 }
 
 std::vector<Second> CutIntoSeconds(const std::vector<ImuSample>& imu) {
@@ -61,13 +56,13 @@ std::vector<Second> CutIntoSeconds(const std::vector<ImuSample>& imu) {
   return seconds;
 }
 
-Vector3d MedianOf(const std::vector<Second>& seconds, Vector3d Second::*mean) {
+Vector3d MedianSecond(const std::vector<Second>& seconds, Vector3d Second::*mean) {
   Vector3d out;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     values.reserve(seconds.size());
     for (const Second& second : seconds) values.push_back((second.*mean)[axis]);
-    out[axis] = MedianOf(std::move(values));
+    out[axis] = MedianOf(&values);
   }
   return out;
 }
@@ -78,8 +73,8 @@ bool WheelMoves(const WheelSample& sample) {
 
 void MarkMotion(const std::vector<ImuSample>& imu, const std::vector<WheelSample>& wheels,
                 std::vector<Second>& seconds) {
-  const Vector3d gyro = MedianOf(seconds, &Second::gyro);
-  const Vector3d accel = MedianOf(seconds, &Second::accel);
+  const Vector3d gyro = MedianSecond(seconds, &Second::gyro);
+  const Vector3d accel = MedianSecond(seconds, &Second::accel);
   size_t wheel = 0;
   for (Second& second : seconds) {
     second.still = second.still && (second.gyro - gyro).norm() < kGyroMoves &&

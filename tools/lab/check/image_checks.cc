@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/median.h"
 #include "tools/data/files/format.h"
 #include "tools/lab/check/checks.h"
 
@@ -9,19 +10,12 @@ namespace {
 
 using tools::Format;
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 template <typename Facts, typename Member>
-double MedianOf(const std::vector<Facts>& facts, Member member) {
+double MedianFact(const std::vector<Facts>& facts, Member member) {
   std::vector<double> values;
   values.reserve(facts.size());
   for (const Facts& fact : facts) values.push_back(fact.*member);
-  return Median(std::move(values));
+  return values.empty() ? 0 : MedianOf(&values);
 }
 
 void CheckExposure(const ImageFacts& facts, Findings& findings) {
@@ -125,10 +119,10 @@ void CheckEyes(const LogFacts& facts, const RobotConfig& config, const MotionSou
     return;
   }
   if (pairs.size() < 4) return;  // too dark or too bare to tell; said by others
-  const double disparity = MedianOf(pairs, &PairFact::disparity_median_px);
-  const double row = MedianOf(pairs, &PairFact::row_offset_px);
-  const double spread = MedianOf(pairs, &PairFact::row_spread_px);
-  const double low = MedianOf(pairs, &PairFact::disparity_low_px);
+  const double disparity = MedianFact(pairs, &PairFact::disparity_median_px);
+  const double row = MedianFact(pairs, &PairFact::row_offset_px);
+  const double spread = MedianFact(pairs, &PairFact::row_spread_px);
+  const double low = MedianFact(pairs, &PairFact::disparity_low_px);
   if (disparity < -0.5) {
     fail("eyes-swapped",
          Format("points of the right image lie to the right of those of the left "
@@ -171,9 +165,9 @@ void CheckDepth(const ImageFacts& images, const RobotConfig& config, Findings& f
                         "record the depth that is aligned to the image, or set kind: stereo"});
     return;
   }
-  const double measured = MedianOf(images.depths, &DepthFact::measured_share);
-  const double usable = MedianOf(images.depths, &DepthFact::usable_share);
-  const double median_m = MedianOf(images.depths, &DepthFact::median_m);
+  const double measured = MedianFact(images.depths, &DepthFact::measured_share);
+  const double usable = MedianFact(images.depths, &DepthFact::usable_share);
+  const double median_m = MedianFact(images.depths, &DepthFact::median_m);
   if (measured < 0.1) {
     findings.push_back({Severity::kError, "depth-empty",
                         Format("only %.0f %% of the pixels have a depth", 100 * measured),

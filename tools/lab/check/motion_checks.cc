@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/median.h"
 #include "tools/data/files/format.h"
 #include "tools/lab/check/checks.h"
 
@@ -235,9 +236,7 @@ Findings CheckInertial(const LogFacts& facts, const RobotConfig& config) {
          "write rad/s (gw-import --gyro-unit deg/s converts)"});
   }
   if (norms.size() < 50) return findings;
-  const auto middle = norms.begin() + std::ssize(norms) / 2;
-  std::nth_element(norms.begin(), middle, norms.end());
-  const double norm = *middle;
+  const double norm = MedianOf(&norms);
   if (norm < 0.06 * kStandardGravity) {
     findings.push_back(
         {Severity::kError, "gravity-removed",

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/median.h"
+
 namespace gw::check {
 namespace {
 
@@ -83,9 +85,8 @@ Trial Robust(const std::vector<MotionStep>& reference, const MotionSum& other, D
       sizes.push_back(std::abs(*end - *begin - trial.scale * step.motion -
                                trial.bias * (step.end - step.begin).seconds()));
     }
-    const auto middle = sizes.begin() + std::ssize(sizes) / 2;
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    const auto next = FitAt(reference, other, delay, Weight(1.4826 * *middle), trial);
+    const auto next =
+        FitAt(reference, other, delay, Weight(kSigmaOverMedian * MedianOf(&sizes)), trial);
     if (!next) return trial;
     trial = *next;
   }

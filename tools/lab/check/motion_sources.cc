@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/median.h"
+
 namespace gw::check {
 namespace {
 
@@ -47,18 +49,12 @@ void AddWheels(const std::vector<WheelSample>& wheels, MotionSources& motion) {
   }
 }
 
-double Median(std::vector<double>& values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Median, and its standard deviation: that of the values by their median absolute deviation
 // (1.4826 for a normal distribution), times sqrt(pi / 2n).
 std::pair<double, double> MedianAndSigma(std::vector<double> values) {
-  const double median = Median(values);
+  const double median = MedianOf(&values);
   for (double& value : values) value = std::abs(value - median);
-  return {median, 1.4826 * Median(values) * std::sqrt(M_PI / 2 / std::ssize(values))};
+  return {median, kSigmaOverMedian * MedianOf(&values) * std::sqrt(M_PI / 2 / std::ssize(values))};
 }
 
 // Directions are unit vectors in the body, ahead and back alike.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/median.h"
 #include "common/wire/channels.h"
 #include "tools/data/files/format.h"
 #include "tools/lab/check/checks.h"
@@ -46,12 +47,7 @@ Steps MeasureSteps(const std::vector<Utime>& times) {
     if (step > 0) forward.push_back(step);
   }
   if (forward.empty()) return steps;
-  const auto median = [](std::vector<double>& values) {
-    const auto at = values.begin() + std::ssize(values) / 2;
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-  };
-  steps.median_s = median(forward);
+  steps.median_s = MedianOf(&forward);
   double missing = 0;
   std::vector<double> deviations;
   for (const double step : forward) {
@@ -59,7 +55,7 @@ Steps MeasureSteps(const std::vector<Utime>& times) {
     deviations.push_back(std::abs(step - steps.median_s));
   }
   steps.missing_share = missing / (missing + static_cast<double>(forward.size()));
-  steps.jitter_s = 1.4826 * median(deviations);
+  steps.jitter_s = kSigmaOverMedian * MedianOf(&deviations);
   return steps;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/core/median.h"
 #include "common/core/robust_loss.h"
 #include "tools/lab/eval/banded_information.h"
 #include "tools/lab/eval/spline_math.h"
@@ -86,12 +87,9 @@ struct WeakCost {
 
 // Sigma of normal numbers, from the median of their sizes. Never zero.
 double SigmaOf(std::vector<double> values) {
-  constexpr double kMedianOfNormal = 0.6745;
   constexpr double kSmallest = 1e-9;  // files have fewer digits
   for (double& value : values) value = std::abs(value);
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return std::max(values[values.size() / 2] / kMedianOfNormal, kSmallest);
+  return std::max(kSigmaOverMedian * MedianOf(&values), kSmallest);
 }
 
 const double kThirdDifference = std::sqrt(20.0);  // 1 + 9 + 9 + 1

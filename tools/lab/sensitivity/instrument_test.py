@@ -100,7 +100,7 @@ class Groups(unittest.TestCase):
                  "keyframes": "1", "digest": digest, "exit": 0, "cpu_s": "0"} for c, d in changes or [("", "")]]
 
     def test_files_without_effect_cost_one_run_a_direction(self):
-        log = type("Log", (), {"name": "log"})()
+        log = type("Log", (), {"name": "log", "dr_only": False})()
         sensitivity.run(self.scratch, [log], "", 2)
         a, b = [["a.cc:kA", "a.cc:kB"], ["b.cc:kC", "b.cc:kD"]]
         self.assertEqual([[c for c, _ in changes] for changes in self.ran],

@@ -3,8 +3,8 @@
 //
 // The environment variable GW_OVERRIDE is `path:kName=DIRECTION`, or several of them with commas.
 // Directions: `half`, `double`, and for shares, ratios and cosines near one `more` and `less`,
-// which halve and double what is missing to one. Whole numbers are rounded down. The new values go
-// to stderr.
+// which halve and double what is missing to one; or a number, the new value. Whole numbers are
+// rounded down. The new values go to stderr.
 #pragma once
 
 #include <cstdio>
@@ -21,6 +21,9 @@ inline double Apply(const std::string& direction, double value) {
   if (direction == "double") return value * 2;
   if (direction == "more") return 1 - (1 - value) / 2;
   if (direction == "less") return 1 - (1 - value) * 2;
+  char* end = nullptr;
+  const double given = std::strtod(direction.c_str(), &end);
+  if (end != direction.c_str() && *end == '\0') return given;
   std::fprintf(stderr, "override: unknown direction %s\n", direction.c_str());
   std::exit(2);
 }

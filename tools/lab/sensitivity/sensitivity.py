@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """What half and double of every numeric constant of the cores do to the result of gw-slam.
 
-    sensitivity.py build --scratch DIR [--commit HEAD]
-    sensitivity.py run   --scratch DIR LOG[@T0:T1][+yaw]... [--only REGEX] [--seeds N]
+    sensitivity.py build --scratch DIR [--commit HEAD] [--only REGEX]
+    sensitivity.py run   --scratch DIR LOG[@T0:T1][+yaw][+dr]... [--only REGEX] [--seeds N] [--values V...]
     sensitivity.py table --scratch DIR [--all]
 
 `build` copies the tree of a commit into DIR, makes the constants changeable there (instrument.py) and
@@ -28,7 +28,7 @@ import time
 
 import instrument
 
-FOLDERS = ["frontend/core", "backend/core", "common/good_weights", "common/vision"]
+FOLDERS = ["frontend/core", "backend/core", "common/good_weights", "common/vision", "dr_ekf/core"]
 FIELDS = ["constant", "direction", "log", "seed", "before", "after", "live", "keyframes", "digest", "exit", "cpu_s"]
 MOST_CPU_SECONDS = 300  # of a run; constants that are off can make it endless. Not of the clock: the machine may be busy
 NEAR_ONE = re.compile(r"Cos|Share|Ratio|Quality|Coverage|Part|Surface")
@@ -62,10 +62,10 @@ def copy_tree(scratch, commit):
     subprocess.run(["tar", "-x", "-C", original], input=archive.stdout, check=True)
 
 
-def write_instrumented(scratch, reverted):
+def write_instrumented(scratch, reverted, only):
     """scratch/tree: the copy, instrumented. Returns all constants."""
     original, constants = scratch / "original", []
-    changeable = set(instrument.sources(original, FOLDERS))
+    changeable = {p for p in instrument.sources(original, FOLDERS) if re.search(only, p)}
     for path in sorted(p for p in original.rglob("*") if p.is_file()):
         name, content = str(path.relative_to(original)), path.read_bytes()
         if name in changeable:
@@ -76,14 +76,14 @@ def write_instrumented(scratch, reverted):
     return constants
 
 
-def build(scratch, commit):
+def build(scratch, commit, only):
     tree, log = scratch / "tree", scratch / "build.log"
     copy_tree(scratch, commit)
     kept = scratch / "needed_by_the_compiler.txt"
     reverted = set(kept.read_text().split()) if kept.exists() else set()
-    constants = write_instrumented(scratch, reverted)
-    # Preset and layout of the repository itself, so that ccache knows what is unchanged. What is instrumented may warn.
-    subprocess.run(["cmake", "--preset", "dev", "-DGW_WERROR=OFF"], check=True, stdout=subprocess.DEVNULL, cwd=tree)
+    constants = write_instrumented(scratch, reverted, only)
+    # Preset, layout and flags of the repository itself, so that ccache knows what is unchanged.
+    subprocess.run(["cmake", "--preset", "dev"], check=True, stdout=subprocess.DEVNULL, cwd=tree)
     while True:
         done = subprocess.run(["cmake", "--build", "build/dev", "--target", "gw-slam",
                                "--", "-j2", "-k0"], capture_output=True, text=True, cwd=tree)
@@ -96,7 +96,7 @@ def build(scratch, commit):
         print(f"needed by the compiler: {', '.join(sorted(new))}", flush=True)
         reverted |= new
         kept.write_text("\n".join(sorted(reverted)))
-        constants = write_instrumented(scratch, reverted)
+        constants = write_instrumented(scratch, reverted, only)
     with open(scratch / "constants.csv", "w", newline="") as f:
         writer = csv.writer(f)
         writer.writerow(["constant", "line", "value", "left_as_it_is"])
@@ -108,19 +108,21 @@ def build(scratch, commit):
 # --- run
 
 class Log:
-    """A scenario: LOG[@T0:T1][+yaw], cut into the scratch folder; +yaw: for a drive along a line."""
+    """A scenario: LOG[@T0:T1][+yaw][+dr], cut into the scratch folder; +yaw: for a drive along a line; +dr: dead reckoning alone."""
 
     def __init__(self, scratch, text):
-        text, _, align = text.partition("+")
+        text, *marks = text.split("+")
         path, _, span = text.partition("@")
         self.path = pathlib.Path(path)
         self.name = self.path.stem + ("@" + span if span else "")
         self.config = self.path.with_suffix(".yaml")
         truth = self.path.with_suffix(".gt.tum")
         self.reference = truth if truth.exists() else self.path
-        self.align = align or "se3"
+        self.align = "yaw" if "yaw" in marks else "se3"
+        self.dr_only = "dr" in marks
+        self.name += "+dr" if self.dr_only else ""
         if span:
-            cut = scratch / "logs" / (self.name.replace("@", "_").replace(":", "_") + ".lcm")
+            cut = scratch / "logs" / (re.sub("[@:+]", "_", self.name) + ".lcm")
             cut.parent.mkdir(exist_ok=True)
             if not cut.exists():
                 subprocess.run([program("gw-log"), "cut", self.path, span, cut], check=True,
@@ -158,17 +160,19 @@ def run_once(scratch, log, changes, seed):
     shutil.rmtree(out, ignore_errors=True)
     environment = dict(os.environ)
     environment["GW_OVERRIDE"] = ",".join(f"{constant}={direction}" for constant, direction in changes)
-    command = ["nice", "-n", "19", scratch / "tree/build/dev/bin/gw-slam", log.path, "--config", log.config, "--out", out,
-               "--seed", str(seed)]
+    command = ["nice", "-n", "8", scratch / "tree/build/dev/bin/gw-slam", log.path, "--config", log.config, "--out", out]
+    command += ["--dr-only"] if log.dr_only else ["--seed", str(seed)]
     before = os.times()
     done = subprocess.run(command, capture_output=True, text=True, env=environment, preexec_fn=limit_cpu_time)
-    code, told = done.returncode, done.stderr
+    # Dead reckoning alone exits with 1 where its verdict is bad: a result, too.
+    code, told = 0 if log.dr_only and done.returncode == 1 and (out / "dr.tum").exists() else done.returncode, done.stderr
     after = os.times()
     cpu_s = after.children_user + after.children_system - before.children_user - before.children_system
     complete = code == 0
+    estimates = ("dr.tum", "raw_wheels.tum") if log.dr_only else ("trajectory.tum", "keyframes.tum")
     result = {"log": log.name, "seed": seed, "exit": code, "cpu_s": f"{cpu_s / max(1, len(changes)):.2f}",
-              "live": ape(log, out / "trajectory.tum", scratch) if complete else "",
-              "keyframes": ape(log, out / "keyframes.tum", scratch) if complete else "",
+              "live": ape(log, out / estimates[0], scratch) if complete else "",
+              "keyframes": ape(log, out / estimates[1], scratch) if complete else "",
               "digest": digest(out) if complete else ""}
     values = {m[1]: (m[2], m[3]) for m in re.finditer(r"^override: (\S+) (\S+) (\S+)$", told, re.M)}
     rows = []
@@ -194,13 +198,15 @@ def read(path):
         return list(csv.DictReader(f))
 
 
-def groups(constants, only):
-    """Lists of (constant, direction): the constants of one file, all in their first or second direction."""
+def groups(constants, only, values=None):
+    """Lists of (constant, direction): the constants of one file, all in their first or second direction; with
+    values: each constant by itself, with each of them."""
     found = {}
     for constant in constants:
         if not constant["left_as_it_is"] and re.search(only, constant["constant"]):
             path, name = constant["constant"].split(":")
-            for i, direction in enumerate(directions(name, constant["value"])):
+            for i, direction in enumerate(values or directions(name, constant["value"])):
+                path = constant["constant"] if values else path
                 found.setdefault((path, i), []).append((constant["constant"], direction))
     return list(found.values())
 
@@ -236,13 +242,13 @@ def run_group(scratch, runs, log, group):
         runs.add(run_once(scratch, log, [change], 0))
 
 
-def run(scratch, logs, only, seeds):
+def run(scratch, logs, only, seeds, values=None):
     runs = Runs(scratch / "runs.csv")
     for log in logs:
-        for seed in range(seeds):
+        for seed in range(1 if log.dr_only else seeds):
             if not runs.find("", "", log, str(seed)):
                 runs.add(run_once(scratch, log, [], seed))
-    wanted = groups(read(scratch / "constants.csv"), only)
+    wanted = groups(read(scratch / "constants.csv"), only, values)
     started = time.monotonic()
     for i, group in enumerate(wanted):
         for log in logs:
@@ -253,7 +259,7 @@ def run(scratch, logs, only, seeds):
 # --- table
 
 class Scatter:
-    """Undisturbed runs of one log: the digest, and mean and deviation of both errors over the starts."""
+    """Undisturbed runs of one log: the digest, and both errors and their deviation over the starts; of one start, a tenth."""
 
     def __init__(self, rows):
         self.digest = next(r["digest"] for r in rows if r["seed"] == "0")
@@ -261,7 +267,7 @@ class Scatter:
         for what in ("live", "keyframes"):
             values = [float(r[what]) for r in rows if r[what]]
             self.first[what] = float(next(r[what] for r in rows if r["seed"] == "0"))
-            self.deviation[what] = max(statistics.stdev(values), 1e-5) if len(values) > 1 else float("nan")
+            self.deviation[what] = max(statistics.stdev(values) if len(values) > 1 else 0.1 * self.first[what], 1e-5)
 
 
 def effect(row, scatter):
@@ -314,9 +320,11 @@ def main():
         command.add_argument("--scratch", type=pathlib.Path, required=True)
         if name == "build":
             command.add_argument("--commit", default="HEAD")
+            command.add_argument("--only", default="", help="constants of files whose path matches; less is built")
         if name == "run":
             command.add_argument("logs", nargs="+")
             command.add_argument("--only", default="", help="constants whose path:name matches")
+            command.add_argument("--values", nargs="+", help="in place of half and double, each constant by itself")
             command.add_argument("--seeds", type=int, default=5, help="undisturbed starts that make the scatter")
         if name == "table":
             command.add_argument("--all", action="store_true", help="also what stays within the scatter")
@@ -324,9 +332,10 @@ def main():
     scratch = arguments.scratch.resolve()
     scratch.mkdir(parents=True, exist_ok=True)
     if arguments.command == "build":
-        build(scratch, arguments.commit)
+        build(scratch, arguments.commit, arguments.only)
     elif arguments.command == "run":
-        run(scratch, [Log(scratch, text) for text in arguments.logs], arguments.only, arguments.seeds)
+        run(scratch, [Log(scratch, text) for text in arguments.logs], arguments.only,
+            arguments.seeds, arguments.values)
     else:
         table(scratch, arguments.all)
 

@@ -1,8 +1,9 @@
 #include "tools/robot/calibrate/stereo_tracks.h"
 
-#include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
+
+#include "common/core/median.h"
 
 namespace gw::tools {
 namespace {
@@ -77,9 +78,7 @@ double MedianMotion(const PairTracks& tracks) {
   std::vector<double> ways;
   ways.reserve(tracks.size());
   for (const StereoTrack& t : tracks) ways.push_back((t.left1 - t.left0).norm());
-  const auto middle = ways.begin() + static_cast<std::ptrdiff_t>(ways.size() / 2);
-  std::nth_element(ways.begin(), middle, ways.end());
-  return *middle;
+  return MedianOf(&ways);
 }
 
 }  // namespace

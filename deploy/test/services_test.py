@@ -265,7 +265,10 @@ def exercise(container, test):
     print("  monitor:", said)
     images = re.search(r"images (\d+), poses (\d+)", said)
     test.expect(images is not None and int(images.group(2)) > 0, "images become poses")
-    test.expect("no route" not in container.run("gw-preflight", check=False), "the bus stays on this host")
+    preflight = container.run("gw-preflight", check=False)
+    test.expect("no route" not in preflight, "the bus stays on this host")
+    page = [line for line in preflight.splitlines() if re.match(r"(ok|warn|FAIL) +page ", line)]
+    test.expect(page and page[0].startswith("ok"), f"gw-view serves its page: {' '.join(page)}")
 
     for service in SERVICES:
         test.kill(service, BACK_LIMIT_S)

@@ -1,9 +1,12 @@
 #include "frontend/core/tracking/camera_track.h"
 
+#include <algorithm>
+
 namespace gw::frontend {
 
 void CameraTrack::BeginFrame() {
   uncertainty.Reset(Matrix6d::Identity() * 1e-12);
+  doubt.setZero();
 }
 
 void CameraTrack::BeginPiece(LocalMap* map) {
@@ -14,15 +17,29 @@ void CameraTrack::BeginPiece(LocalMap* map) {
   points.clear();
 }
 
-void CameraTrack::Take(const FoundPose& found, const FeatureFrame& frame) {
+void CameraTrack::Take(const FoundPose& found, const FeatureFrame& frame, const LocalMap& map) {
   uncertainty.Update(found.estimate.vision_information, found.estimate.prior_information);
   T_WC = found.estimate.T_WC;
   reference = found.reference;
+  if (const auto T_WK = map.KeyframePose(reference)) {
+    doubt = doubts.At(reference, T_WK->inverse() * T_WC);
+  }
   points.clear();
   for (size_t i = 0; i < found.landmarks.size(); ++i) {
     if (!found.landmarks[i].valid()) continue;
     points.push_back({found.landmarks[i], frame.descriptors[i], frame.features[i].level});
   }
+}
+
+void CameraTrack::GoOn(const SE3& T_ab, const SE3& T_WC_now) {
+  T_WC = T_WC_now;
+  const Matrix6d A = T_ab.inverse().Adjoint();
+  doubt = (A * doubt * A.transpose()).eval();
+}
+
+void CameraTrack::KeyframeMade(KeyframeId id, bool certain) {
+  reference = id;
+  doubts.Set(id, certain ? doubt : cov());
 }
 
 void CameraTrack::Rewind(Utime since, MotionModel* motion) {
@@ -53,6 +70,11 @@ CameraTrack::Correction CameraTrack::FollowReference(const SE3& T_WK_before,
   Correction correction;
   const SE3 T_WC_before = T_WC;
   SE3 T_KC = T_WK_before.inverse() * T_WC;
+  if (std::any_of(update.loops.begin(), update.loops.end(),
+                  [](const LoopEvent& loop) { return loop.accepted; })) {
+    doubts.Clear();
+    doubt.setZero();
+  }
   for (const KeyframeRemoval& removal : update.removed_keyframes) {
     if (removal.id == reference) {
       reference = removal.parent;

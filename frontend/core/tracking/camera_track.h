@@ -7,6 +7,7 @@
 
 #include "common/config/frontend_config.h"
 #include "frontend/core/features/feature_frame.h"
+#include "frontend/core/map/keyframe_doubt.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/map/tracked_points.h"
 #include "frontend/core/motion/anchor_history.h"
@@ -24,11 +25,13 @@ struct CameraTrack {
   TrackingState state = TrackingState::kStart;
   Utime utime;                       // of the last image
   SE3 T_WC;                          // its pose
-  PoseUncertainty uncertainty;       // of T_WC
+  PoseUncertainty uncertainty;       // of T_WC, in the map around it
   std::vector<TrackedPoint> points;  // landmarks that it showed
   KeyframeId reference;              // the keyframe that the pose is expressed in
   KeyframeChain chain;
   AnchorHistory anchors;
+  KeyframeDoubt doubts;
+  Matrix6d doubt = Matrix6d::Zero();  // of the map around T_WC; right perturbation of T_WC
 
   bool placed() const { return IsPlaced(state); }
   bool vision_broken() const { return state != TrackingState::kTracking; }
@@ -41,7 +44,14 @@ struct CameraTrack {
   void BeginPiece(LocalMap* map);
 
   // Takes over the pose that vision found for an image.
-  void Take(const FoundPose& found, const FeatureFrame& frame);
+  void Take(const FoundPose& found, const FeatureFrame& frame, const LocalMap& map);
+  // Vision found none: dead reckoning has moved the camera by T_ab, to T_WC.
+  void GoOn(const SE3& T_ab, const SE3& T_WC);
+  // A keyframe was made of the last image. certain: vision placed it, or it begins a frame.
+  void KeyframeMade(KeyframeId id, bool certain);
+
+  // Covariance of T_WC, right perturbation.
+  Matrix6d cov() const { return uncertainty.cov() + doubt; }
 
   // Vision was held by what is not the world: the way since then is that of dead reckoning, and
   // what was mapped and learnt since then is void. Nothing happens where dead reckoning does not

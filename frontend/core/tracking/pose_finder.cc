@@ -303,7 +303,8 @@ FoundPose PoseFinder::FollowRest(const PosePrediction& prediction, const FoundPo
     ++fitting;
   }
   a.num_first_stage = similar;
-  if (ConfirmsPrediction(fitting, similar)) {
+  // A handful fits by chance where things look alike; as for any pose, it takes a few.
+  if (fitting >= config_.min_inliers && ConfirmsPrediction(fitting, similar)) {
     a.scale = PriorScale(config_.variant, 0, 0, config_.dr_weight);
     Estimate(prediction.T_WC, PriorFor(prediction, a.scale), &a);
   }

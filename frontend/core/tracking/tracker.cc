@@ -161,7 +161,7 @@ void Tracker::Impl::Accept(const TrackedImage& image, FramePose* report, ImageOu
   outcome->corrected = image.snapped || (track_.state == TrackingState::kBlind &&
                                          (correction.translation().norm() > kSnapTranslation ||
                                           LogSO3(correction.rotation()).norm() > kSnapRotation));
-  track_.Take(found, *image.frame);
+  track_.Take(found, *image.frame, map_);
   witnesses_.Learn(image.of_dr(), image.agreed, found);
   recovery_.Reset();
 }
@@ -174,7 +174,7 @@ void Tracker::Impl::GoOnWithout(const TrackedImage& image, FramePose* report,
   } else {
     recovery_.Reset();
   }
-  track_.T_WC = image.T_WC_predicted;
+  track_.GoOn(image.motion.T_ab, image.T_WC_predicted);
   report->dr_share = image.motion.from_dr ? 1.0 : 0.0;
 }
 
@@ -215,7 +215,6 @@ Keyframe Tracker::Impl::MakeKeyframe(const FeatureFrame& frame, const FoundPose&
     track_.points.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
   }
   map_.AddKeyframe(k);
-  track_.reference = k.id;
   return k;
 }
 
@@ -231,7 +230,7 @@ void Tracker::Impl::FillMotion(FramePose* report) {
 void Tracker::Impl::FillPose(FramePose* report) const {
   report->T_WB = track_.T_WC * camera_.T_BC.inverse();
   const Matrix6d adj = camera_.T_BC.Adjoint();
-  const Matrix6d cov = claims_place_ ? track_.uncertainty.cov() : CovarianceOfNoIdea();
+  const Matrix6d cov = claims_place_ ? track_.cov() : CovarianceOfNoIdea();
   report->cov_T_WB = adj * cov * adj.transpose();
   report->map_revision = map_.revision();
   report->reference_keyframe = track_.reference;
@@ -427,6 +426,7 @@ void Tracker::Impl::Judge(TrackedImage* image, TrackerOutput* out) {
   if (outcome.begins_map || outcome.begins_piece || due) {
     if (config_.matching != Matching::kAll) search_.Complete(&image->found);
     out->keyframe = MakeKeyframe(*image->frame, image->found, report);
+    track_.KeyframeMade(out->keyframe->id, !due || outcome.vision);
     MarkNewLandmarks(*out->keyframe, &out->detail);
   }
 }

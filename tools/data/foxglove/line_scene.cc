@@ -31,13 +31,9 @@ Json LinePrimitive(LineType type, double thickness_px, Json points, const Color&
           {"colors", std::move(colors)},    {"indices", Json::array()}};
 }
 
-void LineScene::Add(const Eigen::Vector3d& p_W, const Color& color, KeyframeId anchor,
-                    const MapView& map) {
-  Point point{p_W, Eigen::Vector3d::Zero(), {}, color};
-  if (const auto T_WK = map.PoseNow(anchor)) {
-    point.anchor = anchor;
-    point.p_K = T_WK->inverse() * p_W;
-  }
+void LineScene::Add(const Eigen::Vector3d& p_W, const Color& color,
+                    const std::optional<Anchor>& anchor) {
+  const Point point{p_W, anchor, color};
   const Point* last = pieces_.empty() ? nullptr : &pieces_.back().points.back();
   if (last != nullptr && !broken_ && (last->p_W - p_W).norm() < kSpacing &&
       last->color.r == color.r && last->color.g == color.g) {
@@ -62,10 +58,10 @@ void LineScene::Follow(const MapView& map) {
   constexpr double kSeen = 0.002;  // m
   for (Piece& piece : pieces_) {
     for (Point& point : piece.points) {
-      if (!point.anchor.valid()) continue;
-      const auto T_WK = map.PoseNow(point.anchor);
+      if (!point.anchor) continue;
+      const auto T_WK = map.PoseNow(point.anchor->keyframe);
       if (!T_WK) continue;
-      const Eigen::Vector3d p_W = *T_WK * point.p_K;
+      const Eigen::Vector3d p_W = *T_WK * point.anchor->p_K;
       if ((p_W - point.p_W).norm() > kSeen) {
         point.p_W = p_W;
         changed_.insert(piece.number);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -22,9 +23,13 @@ class LineScene {
   };
   explicit LineScene(Style style) : style_(std::move(style)) {}
 
+  // The keyframe whose movement a point follows, which may become known later than the point.
+  struct Anchor {
+    KeyframeId keyframe;
+    Eigen::Vector3d p_K = Eigen::Vector3d::Zero();  // the point in its camera
+  };
   // Adds a point in W unless it is nearer than kSpacing to the one before and has its colour.
-  // anchor: the keyframe whose movement it follows; invalid: none. `map` says where that is now.
-  void Add(const Eigen::Vector3d& p_W, const Color& color, KeyframeId anchor, const MapView& map);
+  void Add(const Eigen::Vector3d& p_W, const Color& color, const std::optional<Anchor>& anchor);
   // The line goes on somewhere else: what is between is not drawn.
   void Break() { broken_ = true; }
   // Moves the points to where their anchors are now.
@@ -42,8 +47,7 @@ class LineScene {
  private:
   struct Point {
     Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
-    Eigen::Vector3d p_K = Eigen::Vector3d::Zero();  // in the anchor's camera
-    KeyframeId anchor;
+    std::optional<Anchor> anchor;
     Color color;
   };
   struct Piece {

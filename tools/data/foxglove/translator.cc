@@ -179,13 +179,27 @@ void Translator::Take(const FramePose& pose) {
                pose.map_revision),
         pose.utime);
   }
-  way_.Add(pose.T_WB.translation(), ColorOf(pose.status), pose.reference_keyframe, map_);
+  way_.Add(pose.T_WB.translation(), ColorOf(pose.status), AnchorOf(pose));
   last_frame_ = pose;
   // Without a dead-reckoning process nobody sends POSE.
   if (!last_pose_received_ || now_ - *last_pose_received_ > Milliseconds(500)) {
     if (pose_rate_.Pass(now_)) SendTransforms(pose.utime, pose.T_WB);
     if (!unchecked_ && error_rate_.Pass(now_)) unchecked_ = {pose.utime, pose.T_WB};
   }
+}
+
+// Where the body is in the reference keyframe's camera; without a camera, as far as the map is
+// known.
+std::optional<LineScene::Anchor> Translator::AnchorOf(const FramePose& pose) const {
+  const KeyframeId id = pose.reference_keyframe;
+  if (!id.valid()) return std::nullopt;
+  if (options_.camera) {
+    const SE3 T_CB = options_.camera->rectified.T_BC.inverse();
+    return LineScene::Anchor{id, (pose.T_KC * T_CB).translation()};
+  }
+  const auto T_WK = map_.PoseNow(id);
+  if (!T_WK) return std::nullopt;
+  return LineScene::Anchor{id, T_WK->inverse() * pose.T_WB.translation()};
 }
 
 void Translator::Take(const Pose& pose) {
@@ -201,7 +215,7 @@ void Translator::Take(const Pose& pose) {
   if (!unchecked_ && error_rate_.Pass(now_)) unchecked_ = {pose.utime, pose.T_WB};
   // While vision says nothing the way goes on by dead reckoning.
   if (last_frame_ && pose.utime - last_frame_->utime > Milliseconds(500)) {
-    way_.Add(pose.T_WB.translation(), ColorOf(TrackingStatus::kDrOnly), {}, map_);
+    way_.Add(pose.T_WB.translation(), ColorOf(TrackingStatus::kDrOnly), {});
   }
 }
 
@@ -232,7 +246,7 @@ void Translator::Take(const DrState& state) {
     T_WO_start_ = T_WO_;
   }
   dr_reset_counter_ = state.reset_counter;
-  dr_way_.Add((*T_WO_start_ * state.T_OB).translation(), kDrColor, {}, map_);
+  dr_way_.Add((*T_WO_start_ * state.T_OB).translation(), kDrColor, {});
   if (!Wants(Topic::kDeadReckoning) || !dr_rate_.Pass(now_)) return;
   const Eigen::Vector3d bias = state.gyro_bias_rad_s * kDegrees;
   Emit(Topic::kDeadReckoning,
@@ -323,7 +337,7 @@ void Translator::Take(const GroundTruth& truth) {
     if (utime <= truth.utime) unchecked_.reset();
   }
   last_truth_ = truth;
-  if (tie_.tied()) truth_way_.Add((T_WG() * truth.T_GB).translation(), kTruthColor, {}, map_);
+  if (tie_.tied()) truth_way_.Add((T_WG() * truth.T_GB).translation(), kTruthColor, {});
 }
 
 void Translator::SendError(Utime utime, const SE3& T_WB, const SE3& T_GB) {

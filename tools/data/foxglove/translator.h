@@ -92,6 +92,7 @@ class Translator {
   template <typename T>
   void TakeDecoded(wire::ByteSpan bytes, ChannelCount* count);
 
+  std::optional<LineScene::Anchor> AnchorOf(const FramePose& pose) const;
   void SendTransforms(Utime utime, const SE3& T_WB);
   void SendLines();
   void SendMap();

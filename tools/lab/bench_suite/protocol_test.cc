@@ -100,7 +100,7 @@ TEST(Protocol, PublishedRowsAreRankedAndStarred) {
                            "* p (2024): P\n", "* q (2025): Q, R\n", "not run here"}) {
     EXPECT_THAT(table, HasSubstr(text));
   }
-  EXPECT_THAT(RenderRankingPlot(report), HasSubstr("R*"));
+  EXPECT_THAT(DrawRanking(report).svg, HasSubstr("R*"));
 }
 
 TEST(BenchReport, ManyVariantsStandBelowEachOther) {
@@ -136,12 +136,12 @@ TEST(BenchReport, SaysWhereTheNumbersComeFromAndWhatFailed) {
     EXPECT_EQ(std::count(csv.begin() + begin, csv.begin() + end, ','), columns);
     begin = end + 1;
   }
-  const std::string plot = RenderRankingPlot(report);
+  const std::string plot = DrawRanking(report).svg;
   for (const char* text : {">50 %<", ">0.250<", "cfg_full", "a.lcm", "0.1.0"}) {
     EXPECT_THAT(plot, HasSubstr(text));
   }
   EXPECT_THAT(plot, Not(HasSubstr("nan")));
-  EXPECT_THAT(RenderInputsPlot(report), HasSubstr(">3.000 failed<"));
+  EXPECT_THAT(DrawInputs(report).svg, HasSubstr(">3.000 failed<"));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ Result<std::string> RenderHtml(const std::string& title, const std::vector<Drawi
   const std::string page = view::ReportTemplate();
   if (page.empty()) {
     std::vector<std::string> svgs;
+    svgs.reserve(drawings.size());
     for (const Drawing& drawing : drawings) svgs.push_back(drawing.svg);
     return view::RenderPlainReport(title, svgs, markdown);
   }

@@ -6,7 +6,7 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 out=$1 report=$2 work=$3
 without() {
-  echo "gw-view: $1: its page is not built; gw-view says so to browsers, and serves viewers all the same" >&2
+  echo "gw-view: $1: its page is not built; gw-view says so to browsers, and serves viewers all the same; reports have their plain form" >&2
   exit 0
 }
 command -v npm >/dev/null || without "npm is missing"

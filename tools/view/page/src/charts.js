@@ -5,13 +5,14 @@ import 'uplot/dist/uPlot.min.css';
 import {statusOf} from './status.js';
 
 const REDRAW_MS = 200;
+const HELD_UP_S = 3;  // between images, while none was missed: the page was held up
 const STEP_S = 0.5;  // of rows without an image
 
 // One chart: title, unit, whether logarithmic, and its lines.
 const CHARTS = [
-  {title: 'quality of vision, share of dead reckoning', range: [0, 1], lines: [
+  {title: 'quality of vision, DR share', range: [0, 1], lines: [
     {key: 'q', label: 'Q', color: '--c1'}, {key: 'dr', label: 'DR share', color: '--c2'}]},
-  {title: 'alpha: scale of the DR information', log: true, lines: [
+  {title: 'alpha, weight of DR', log: true, lines: [
     {key: 'alpha', label: 'turn', color: '--c1'}, {key: 'alphaWay', label: 'way', color: '--c3'}]},
   {title: 'error and stated sigma, m', lines: [
     {key: 'error', label: 'error', color: '--c4'}, {key: 'sigma', label: '1 sigma', color: '--c5'}]},
@@ -71,7 +72,7 @@ export class Charts {
     const rows = this.drawn ?? [];
     for (let i = 1; i <= rows.length; ++i) {
       if (i < rows.length && rows[i].status === rows[from].status) continue;
-      if (rows[from].status !== 'tracking') {
+      if (rows[from].status !== 'tracking' && rows[from].status !== 'unseen') {
         // Images stopped after the row before.
         const begin = rows[from].status === 'no_images' ? Math.max(from - 1, 0) : from;
         const x0 = u.valToPos(rows[begin].t, 'x', true), x1 = u.valToPos(rows[Math.min(i, rows.length - 1)].t, 'x', true);
@@ -94,6 +95,8 @@ export class Charts {
     this.origin ??= time;
     const t = time - this.origin;
     if (this.rows.length && t < this.rows.at(-1).t) this.rows = [];
+    const last = this.rows.at(-1);
+    if (last && t - last.t > HELD_UP_S) this.add({t: last.t + 0.01, status: 'unseen'});  // lifts the pen
     this.lastImage = t;
     this.add({t, status: m.status, q: m.q, dr: m.dr_share, alpha: m.alpha || null, alphaWay: m.alpha_translation || null,
       error: this.error ?? null, sigma: m.sigma_position_m < 5 ? m.sigma_position_m : null, latency: m.latency_ms});

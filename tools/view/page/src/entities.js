@@ -27,17 +27,18 @@ function drawLine(line) {
 
 function drawText(text) {
   const canvas = document.createElement('canvas');
-  canvas.width = 256;
+  const context = canvas.getContext('2d'), font = '28px system-ui, sans-serif';
+  context.font = font;
+  canvas.width = Math.ceil(context.measureText(text.text).width) + 16;
   canvas.height = 48;
-  const context = canvas.getContext('2d');
-  context.font = '28px system-ui, sans-serif';
+  context.font = font;  // a new size resets it
   context.textAlign = 'center';
   const {r, g, b} = text.color;
   context.fillStyle = `rgb(${255 * r} ${255 * g} ${255 * b})`;
-  context.fillText(text.text, 128, 34);
+  context.fillText(text.text, canvas.width / 2, 34);
   const sprite = new Sprite(new SpriteMaterial(
       {map: new CanvasTexture(canvas), sizeAttenuation: false, depthTest: false}));
-  sprite.scale.set(0.16, 0.03, 1);
+  sprite.scale.set(0.03 * canvas.width / canvas.height, 0.03, 1);
   const {x, y, z} = text.pose.position;
   sprite.position.set(x, y, z);
   return sprite;

@@ -30,7 +30,7 @@ function barPanel(panel) {
 }
 
 export function renderFigure(figure) {
-  const section = make('section', 'figure');
+  const section = make('section', figure.panels.length > 1 ? 'figure many' : 'figure');
   if (figure.title) section.append(make('h2', '', figure.title));
   const charts = [];
   const panels = make('div', 'panels');

@@ -61,6 +61,7 @@ export class ImagePanel {
 
   async show() {
     const image = this.pick();
+    if (this.drawing) this.again = true;  // what is newest by then
     if (!image || this.drawing) return;
     this.drawing = true;
     try {
@@ -79,6 +80,10 @@ export class ImagePanel {
       this.note.textContent = 'an image could not be decoded';
     } finally {
       this.drawing = false;
+      if (this.again) {
+        this.again = false;
+        this.show();
+      }
     }
   }
 

@@ -36,7 +36,8 @@ function takeViewer(m) {
   if (lossy.length > 0) {
     $('viewer').textContent += '; ' + lossy.map((c) => `${c.name}: ${c.lost} lost, ${c.undecodable} undecodable`).join('; ');
   }
-  $('source').textContent = m.source;
+  $('source').textContent = m.source.split('/').at(-1);
+  $('source').title = m.source;
   const note = $('map-note');
   note.hidden = m.map_complete || m.keyframes === 0;
   note.textContent = 'gw-view came later than the map: only what changed since is shown';

@@ -17,6 +17,9 @@ export class Verdict {
   }
 
   takeClock(time) {
+    // Nothing at all for a while: this page was held up, and knows nothing of the images meanwhile.
+    const missed = time - (this.now ?? time);
+    if (missed > QUIET_S && this.weights) this.weights.time = Math.min(this.weights.time + missed, time);
     this.now = Math.max(this.now ?? time, time);
     this.draw();
   }

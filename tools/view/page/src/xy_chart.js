@@ -53,7 +53,7 @@ export class XyChart {
     const list = document.createElement('div');
     list.className = 'legend';
     this.panel.series.forEach((series, i) => {
-      if (series.label) list.append(this.key(series.label, this.colorOf(i)));
+      if (series.label) list.append(this.key(series.label, series.color === '#000000' ? 'var(--text)' : this.colorOf(i)));
     });
     for (const label of new Set(this.panel.spans.map((span) => span.label))) {
       const span = this.panel.spans.find((s) => s.label === label);

@@ -397,8 +397,9 @@ void Tracker::Impl::Judge(TrackedImage* image, TrackerOutput* out) {
   outcome.dr_share = report.dr_share;
   ConsiderPlace(*image, out, &outcome);
   const bool carried = StatusOf(track_.state, outcome) == TrackingStatus::kTracking;
-  outcome.contradicted =
-      !motion_.dr_trusted() || cleaner_.fixed_prevails() || cleaner_.depth_spoilt();
+  // A constant that is taken out of dead reckoning may as well be one of vision: of its scale.
+  outcome.contradicted = !motion_.dr_trusted() || !motion_.dr_fault().empty() ||
+                         cleaner_.fixed_prevails() || cleaner_.depth_spoilt();
   report.status = StatusOf(track_.state, outcome);
   if (outcome.begins_map) report.reason = TrackingReason::kNone;
   if (cleaner_.depth_spoilt()) report.reason = TrackingReason::kEyesApart;

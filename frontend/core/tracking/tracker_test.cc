@@ -341,7 +341,8 @@ TEST(Tracker, AConstantByWhichDeadReckoningIsWrongIsTakenOutOfIt) {
     EXPECT_FALSE(full.dr_fault.turn_factor);
     // The robot drives a metre in the dark.
     EXPECT_LT(full.errors_m[kLight - 1], sound.errors_m[kLight - 1] + 0.1) << way;
-    EXPECT_EQ(full.poses.back().status, TrackingStatus::kTracking);
+    EXPECT_EQ(full.poses.back().status, TrackingStatus::kDegraded);
+    EXPECT_EQ(full.poses.back().reason, TrackingReason::kNone);
     EXPECT_TRUE(full.keyframes.back().dr);
   }
   const Recording turned = Drive(Variant::kFull, kImages, kDark, kLight, 1, -1);

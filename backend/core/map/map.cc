@@ -167,6 +167,7 @@ bool Map::AddKeyframe(const Keyframe& keyframe) {
   if (previous != nullptr && keyframe.withdraws) Withdraw(keyframe.previous, keyframe.id);
   MapKeyframe& added = keyframes_[keyframe.id];
   added.frame = keyframe;
+  added.frame.withdraws = false;  // done, and not to be done again when the map is read
   added.frame.landmarks.assign(keyframe.features.size(), {});
   added.grid = FeatureGrid(keyframe.features);
   if (keyframe.dr && !backend::IsUsable(*keyframe.dr, keyframe.utime)) added.frame.dr.reset();

@@ -146,6 +146,7 @@ TEST(Map, WithdrawnKeyframesLeaveWithWhatTheyMapped) {
   EXPECT_EQ(map.FindKeyframe({6})->frame.previous, KeyframeId{3});
   EXPECT_TRUE(map.FindKeyframe({6})->frame.dr);
   EXPECT_EQ(map.FindRemoval({5})->parent, KeyframeId{3});
+  EXPECT_FALSE(map.FindKeyframe({6})->frame.withdraws);
   for (const LandmarkId id : map.SortedLandmarkIds()) {
     EXPECT_LE(id.creator(), KeyframeId{3});
     EXPECT_FALSE(map.FindLandmark(id)->observations.empty());

@@ -2,6 +2,7 @@
 // the stamps is no accident of a network or a bus.
 #pragma once
 
+#include <cstddef>
 #include <deque>
 
 #include "common/core/time.h"

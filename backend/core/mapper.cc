@@ -155,9 +155,7 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   if (usable.dr && !IsUsable(*usable.dr, usable.utime))
     ++counters_.dr_rejected;  // the map drops it
   usable.T_WC = CarriedPose(keyframe);
-  const auto before = std::ssize(map_.keyframes());
   map_.AddKeyframe(usable);
-  const int64_t withdrawn = before + 1 - std::ssize(map_.keyframes());
   loops_.File(usable);
   TakeObservations(usable);
   counters_.landmarks_culled += CullYoungLandmarks(map_, context_);
@@ -174,8 +172,8 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
     join = joiner_.Consider(map_, context_, loops_.places(), keyframe.id);
   }
   out.update = join ? Join(*join) : Commit();
-  if (withdrawn > 0) {
-    counters_.keyframes_withdrawn += withdrawn;
+  if (!out.update->removed_keyframes.empty()) {
+    counters_.keyframes_withdrawn += std::ssize(out.update->removed_keyframes);
     poses_moved_revision_ = loop_revision_ = out.update->revision;  // of jobs cut before
   }
   ++counters_.keyframes_inserted;

@@ -29,111 +29,95 @@ enum class DrDiagnosis {
   kParted,
 };
 
-// One plain English sentence for HEALTH: what is wrong, what was done, what to check.
-constexpr std::string_view Text(DrDiagnosis diagnosis) {
+struct DrDiagnosisWords {
+  std::string_view name;  // short, for counters: dr.found.<name>
+  // One plain English sentence for HEALTH: what is wrong, what was done, what to check.
+  std::string_view text;
+};
+
+constexpr DrDiagnosisWords WordsOf(DrDiagnosis diagnosis) {
   switch (diagnosis) {
     case DrDiagnosis::kTimeWentBack:
-      return "time went back: dead reckoning began anew; check who sets the clock";
+      return {"time_went_back",
+              "time went back: dead reckoning began anew; check who sets the clock"};
     case DrDiagnosis::kTimeJumpedAhead:
-      return "time jumped ahead: dead reckoning began anew; check who sets the clock";
+      return {"time_jumped_ahead",
+              "time jumped ahead: dead reckoning began anew; check who sets the clock"};
     case DrDiagnosis::kImuOnAnotherClock:
-      return "the IMU's clock is not that of the wheels: the IMU is not used; check its stamps";
+      return {"imu_on_another_clock",
+              "the IMU's clock is not that of the wheels: the IMU is not used; check its stamps"};
     case DrDiagnosis::kImuStampsRepeat:
-      return "the IMU's samples carry the stamp of the one before: such samples are not used; "
-             "check its driver";
+      return {"imu_stamps_repeat",
+              "the IMU's samples carry the stamp of the one before: such samples are not used; "
+              "check its driver"};
     case DrDiagnosis::kAccelInG:
-      return "the accelerometer gives g: scaled to m/s^2; check its driver";
+      return {"accel_in_g", "the accelerometer gives g: scaled to m/s^2; check its driver"};
     case DrDiagnosis::kAccelWithoutGravity:
-      return "the accelerometer gives no gravity: it is not used; check its driver";
+      return {"accel_without_gravity",
+              "the accelerometer gives no gravity: it is not used; check its driver"};
     case DrDiagnosis::kAccelInUnknownUnit:
-      return "the accelerometer's gravity is not 9.8 m/s^2: it is not used; check unit and driver";
+      return {"accel_in_unknown_unit",
+              "the accelerometer's gravity is not 9.8 m/s^2: it is not used; check unit and "
+              "driver"};
     case DrDiagnosis::kAccelUnfit:
-      return "the accelerometer contradicts the wheels at every change of speed: it only tells "
-             "which "
-             "way is up; check its filters and where it is mounted";
+      return {"accel_unfit",
+              "the accelerometer contradicts the wheels at every change of speed: it only tells "
+              "which way is up; check its filters and where it is mounted"};
     case DrDiagnosis::kGyroInDegrees:
-      return "the gyro's rates are no rad/s (deg/s?): the IMU is not used; check its driver";
+      return {"gyro_in_degrees",
+              "the gyro's rates are no rad/s (deg/s?): the IMU is not used; check its driver"};
     case DrDiagnosis::kGyroFrozen:
-      return "the gyro's values do not change while the wheels turn: the IMU is not used";
+      return {"gyro_frozen",
+              "the gyro's values do not change while the wheels turn: the IMU is not used"};
     case DrDiagnosis::kGyroBiasLarge:
-      return "the gyro's bias is more than 3 deg/s: taken out; check the IMU's own calibration";
+      return {"gyro_bias_large",
+              "the gyro's bias is more than 3 deg/s: taken out; check the IMU's own calibration"};
     case DrDiagnosis::kImuNotNumbers:
-      return "the IMU's samples hold values that are no numbers: left out; check its driver";
+      return {"imu_not_numbers",
+              "the IMU's samples hold values that are no numbers: left out; check its driver"};
     case DrDiagnosis::kWheelsNotNumbers:
-      return "the wheels' samples hold values that are no numbers: left out; check the base's "
-             "driver";
+      return {"wheels_not_numbers",
+              "the wheels' samples hold values that are no numbers: left out; check the base's "
+              "driver"};
     case DrDiagnosis::kWheelsTwice:
-      return "the wheels' samples come twice or overlap: the second ones are left out; check for "
-             "two senders (a second driver, a replay beside the robot)";
+      return {"wheels_twice",
+              "the wheels' samples come twice or overlap: the second ones are left out; check "
+              "for two senders (a second driver, a replay beside the robot)"};
     case DrDiagnosis::kWheelsJumped:
-      return "the wheels' sum jumped farther than any robot drives: that step is left out; was the "
-             "odometry reset?";
+      return {"wheels_jumped",
+              "the wheels' sum jumped farther than any robot drives: that step is left out; was "
+              "the odometry reset?"};
     case DrDiagnosis::kWheelsTooFast:
-      return "the wheels are again and again faster than any robot: such steps are left out; check "
-             "their unit (millimetres for metres?)";
+      return {"wheels_too_fast",
+              "the wheels are again and again faster than any robot: such steps are left out; "
+              "check their unit (millimetres for metres?)"};
     case DrDiagnosis::kHeadingStuck:
-      return "the base's heading does not change while its wheels turn: it is not used";
+      return {"heading_stuck",
+              "the base's heading does not change while its wheels turn: it is not used"};
     case DrDiagnosis::kWheelTurnStuck:
-      return "the gyro turns and the wheels' heading does not: their turn is not used";
+      return {"wheel_turn_stuck",
+              "the gyro turns and the wheels' heading does not: their turn is not used"};
     case DrDiagnosis::kTrackIsOther:
-      return "the base turns by another factor than its track says (skid steer, wrong track): "
-             "estimated";
+      return {"track_is_other",
+              "the base turns by another factor than its track says (skid steer, wrong track): "
+              "estimated"};
     case DrDiagnosis::kWheelsTurnBackwards:
-      return "the wheels turn the other way than the gyro: their turn is reversed; check whether "
-             "left and right are exchanged, or count backwards, and the IMU's axes";
+      return {"wheels_turn_backwards",
+              "the wheels turn the other way than the gyro: their turn is reversed; check "
+              "whether left and right are exchanged, or count backwards, and the IMU's axes"};
     case DrDiagnosis::kParted:
-      return "filter and wheels parted without slip: what contradicts the wheels is estimated anew";
+      return {"parted",
+              "filter and wheels parted without slip: what contradicts the wheels is estimated "
+              "anew"};
   }
-  return "";
+  return {};
 }
 
-// Short name for counters: dr.found.<name>.
+constexpr std::string_view Text(DrDiagnosis diagnosis) {
+  return WordsOf(diagnosis).text;
+}
 constexpr std::string_view Name(DrDiagnosis diagnosis) {
-  switch (diagnosis) {
-    case DrDiagnosis::kTimeWentBack:
-      return "time_went_back";
-    case DrDiagnosis::kTimeJumpedAhead:
-      return "time_jumped_ahead";
-    case DrDiagnosis::kImuOnAnotherClock:
-      return "imu_on_another_clock";
-    case DrDiagnosis::kImuStampsRepeat:
-      return "imu_stamps_repeat";
-    case DrDiagnosis::kAccelInG:
-      return "accel_in_g";
-    case DrDiagnosis::kAccelWithoutGravity:
-      return "accel_without_gravity";
-    case DrDiagnosis::kAccelInUnknownUnit:
-      return "accel_in_unknown_unit";
-    case DrDiagnosis::kAccelUnfit:
-      return "accel_unfit";
-    case DrDiagnosis::kGyroInDegrees:
-      return "gyro_in_degrees";
-    case DrDiagnosis::kGyroFrozen:
-      return "gyro_frozen";
-    case DrDiagnosis::kGyroBiasLarge:
-      return "gyro_bias_large";
-    case DrDiagnosis::kImuNotNumbers:
-      return "imu_not_numbers";
-    case DrDiagnosis::kWheelsNotNumbers:
-      return "wheels_not_numbers";
-    case DrDiagnosis::kWheelsTwice:
-      return "wheels_twice";
-    case DrDiagnosis::kWheelsJumped:
-      return "wheels_jumped";
-    case DrDiagnosis::kWheelsTooFast:
-      return "wheels_too_fast";
-    case DrDiagnosis::kHeadingStuck:
-      return "heading_stuck";
-    case DrDiagnosis::kWheelTurnStuck:
-      return "wheel_turn_stuck";
-    case DrDiagnosis::kTrackIsOther:
-      return "track_is_other";
-    case DrDiagnosis::kWheelsTurnBackwards:
-      return "wheels_turn_backwards";
-    case DrDiagnosis::kParted:
-      return "parted";
-  }
-  return "";
+  return WordsOf(diagnosis).name;
 }
 
 }  // namespace gw::dr_ekf

@@ -1,12 +1,12 @@
 #include "frontend/core/map/keyframe_doubt.h"
 
+#include "common/good_weights/camera_motion.h"
+
 namespace gw::frontend {
 
 Matrix6d KeyframeDoubt::At(KeyframeId id, const SE3& T_KC) const {
   const auto found = doubts_.find(id);
-  if (found == doubts_.end()) return Matrix6d::Zero();
-  const Matrix6d A = T_KC.inverse().Adjoint();
-  return A * found->second * A.transpose();
+  return found == doubts_.end() ? Matrix6d::Zero() : InCamera(found->second, T_KC);
 }
 
 void KeyframeDoubt::Set(KeyframeId id, const Matrix6d& cov_T_WK) {

@@ -12,6 +12,10 @@ namespace gw::frontend {
 
 class AnchorHistory {
  public:
+  // The longest that vision may have been held by something that is not the world: what was placed,
+  // mapped and learnt meanwhile can be taken back for as long.
+  static constexpr DurationUs kSpan = Milliseconds(5000);
+
   struct Since {
     Utime utime;  // of that image
     SE3 T_WO;
@@ -29,9 +33,6 @@ class AnchorHistory {
   void Clear() { anchors_.clear(); }
 
  private:
-  // The longest that what is fixed to the camera may have been taken for the world.
-  static constexpr DurationUs kSpan = Milliseconds(5000);
-
   struct Anchor {
     Utime utime;
     SE3 T_WO;

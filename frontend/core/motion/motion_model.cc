@@ -33,15 +33,15 @@ SE3 MotionModel::FirstPose(Utime utime) const {
 bool MotionModel::Push(const DrState& told) {
   // Dead reckoning that began anew goes on from where it says.
   const bool goes_on = !dr_.empty() && told.reset_counter == told_.reset_counter;
-  const bool pushed = learnt_.constant && goes_on
-                          ? dr_.Push(learnt_.constant->Follow(dr_.newest(), told_, told))
+  const bool pushed = apart_ && goes_on
+                          ? dr_.Push(learnt_.constant.Follow(dr_.newest(), told_, told))
                           : dr_.Push(told);
   if (pushed) told_ = told;
   return pushed;
 }
 
 DrConstantFault MotionModel::dr_fault() const {
-  DrConstant constant = learnt_.constant.value_or(DrConstant());
+  DrConstant constant = learnt_.constant;
   if (!dr_trusted()) constant.Compose(learnt_.disagreement.Explain());
   return constant.fault();
 }
@@ -154,13 +154,10 @@ void MotionModel::ObserveNothing() {
 
 void MotionModel::Unlearn(Utime since) {
   ObserveNothing();
-  const bool corrected = learnt_.constant.has_value();
   while (!learnt_before_.empty() && learnt_.until > since) {
     learnt_ = std::move(learnt_before_.back());
     learnt_before_.pop_back();
   }
-  // Dead reckoning goes on from where it is, not from where it would be as told.
-  if (corrected && !learnt_.constant) learnt_.constant.emplace();
 }
 
 void MotionModel::Restart() {
@@ -191,7 +188,7 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   const Matrix6d cov = from_begin * window->cov * from_begin.transpose() + seen.cov_vision;
   evidence.cov_vision = T_BC_.Adjoint() * cov * T_BC_.Adjoint().transpose();
   learnt_before_.push_back(learnt_);
-  while (learnt_before_.size() > 1 && seen.b - learnt_before_[1].until > kMemory) {
+  while (learnt_before_.size() > 1 && seen.b - learnt_before_[1].until > AnchorHistory::kSpan) {
     learnt_before_.pop_front();
   }
   learnt_.until = seen.b;
@@ -204,8 +201,9 @@ void MotionModel::CompareWithVision(const Seen& seen) {
 void MotionModel::TakeOutConstant() {
   const DrConstantFault fault = learnt_.disagreement.Explain();
   if (fault.empty()) return;
-  DrConstant constant = learnt_.constant.value_or(DrConstant());
+  DrConstant constant = learnt_.constant;
   constant.Compose(fault);
+  apart_ = true;
   learnt_ = {learnt_.until, DrCalibration(), DrTrust(), DrDisagreement(), constant};
   window_.reset();
 }

@@ -11,6 +11,7 @@
 #include "common/core/time.h"
 #include "common/good_weights/dr_history.h"
 #include "frontend/core/features/fixed_in_image.h"
+#include "frontend/core/motion/anchor_history.h"
 #include "frontend/core/motion/dr_calibration.h"
 #include "frontend/core/motion/dr_constant.h"
 #include "frontend/core/motion/dr_disagreement.h"
@@ -102,8 +103,9 @@ class MotionModel {
   SE3 T_BC_;
   Variant variant_;
   DrWeightConfig dr_weight_;
-  DrState told_;  // the newest one, as told
-  DrHistory dr_;  // without the constant by which DR is wrong
+  DrState told_;        // the newest one, as told
+  DrHistory dr_;        // without the constant by which DR is wrong
+  bool apart_ = false;  // a constant was taken out: dr_ goes on from where that has led
   bool calibrate_dr_;
   Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s
   Utime observed_;                        // until here
@@ -134,12 +136,10 @@ class MotionModel {
     DrCalibration calibration;
     DrTrust trust;
     DrDisagreement disagreement;
-    std::optional<DrConstant> constant;
+    DrConstant constant;
   };
   Lessons learnt_;
-  std::deque<Lessons> learnt_before_;  // as it was before each window of the last kMemory
-  // The longest that vision may have been held by something else.
-  static constexpr DurationUs kMemory = Milliseconds(5000);
+  std::deque<Lessons> learnt_before_;  // as it was before each window of AnchorHistory::kSpan
 };
 
 }  // namespace gw::frontend

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/good_weights/camera_motion.h"
+
 namespace gw::frontend {
 
 void CameraTrack::BeginFrame() {
@@ -33,8 +35,7 @@ void CameraTrack::Take(const FoundPose& found, const FeatureFrame& frame, const 
 
 void CameraTrack::GoOn(const SE3& T_ab, const SE3& T_WC_now) {
   T_WC = T_WC_now;
-  const Matrix6d A = T_ab.inverse().Adjoint();
-  doubt = (A * doubt * A.transpose()).eval();
+  doubt = InCamera(doubt, T_ab);
 }
 
 void CameraTrack::KeyframeMade(KeyframeId id, bool certain) {
@@ -51,8 +52,7 @@ void CameraTrack::Rewind(Utime since, MotionModel* motion) {
   T_WC = T_WC_by_dr;
   motion->Unlearn(since);
   const Motion since_then = motion->Between(then->utime, utime);
-  const Matrix6d A = since_then.T_ab.inverse().Adjoint();
-  uncertainty.Reset(A * then->cov_T_WC * A.transpose() + since_then.noise.Covariance());
+  uncertainty.Reset(InCamera(then->cov_T_WC, since_then.T_ab) + since_then.noise.Covariance());
   const KeyframeId sound = chain.Void(since);
   if (sound.valid()) reference = sound;
 }

@@ -73,7 +73,7 @@ Keyframe KeyframeChain::Make(const Source& source, const MotionModel& motion) {
     }
   }
   own_.push_back({k.id, k.utime});
-  while (own_.size() > 1 && k.utime - own_[1].utime > kMemory) own_.pop_front();
+  while (own_.size() > 1 && k.utime - own_[1].utime > AnchorHistory::kSpan) own_.pop_front();
   next_.value = k.id.value + 1;
   utime_ = k.utime;
   T_CkeyC_ = SE3();

@@ -59,16 +59,13 @@ class KeyframeChain {
   void Skip(KeyframeId newest);
 
  private:
-  // The longest that keyframes may have been made of something else than the world.
-  static constexpr DurationUs kMemory = Milliseconds(5000);
-
   struct Link {
     KeyframeId id;
     Utime utime;
   };
 
   FrontendConfig config_;
-  std::deque<Link> own_;  // the chain: what was made in the last kMemory, and one before
+  std::deque<Link> own_;  // the chain: what was made in AnchorHistory::kSpan, and one before
   bool void_ = false;     // the next keyframe withdraws those between own_.back() and itself
   KeyframeId next_{1};
   Utime utime_;  // of the newest

@@ -77,6 +77,11 @@ Accused AccusedBy(TrackingReason reason) {
   return reason == TrackingReason::kDrContradictsVision ? Accused::kDr : Accused::kVision;
 }
 
+Accused SenderOf(std::string_view channel) {
+  if (channel == wire::kImu) return Accused::kImu;
+  return channel == wire::kCamera ? Accused::kVision : Accused::kWheels;
+}
+
 void NoteReasons(const std::vector<FramePose>& frames, double rate_hz, Findings* findings) {
   std::map<std::string, int64_t> degraded;  // images
   for (const FramePose& f : frames) {
@@ -121,10 +126,7 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
         const int64_t undecodable = session->counters().undecodable;
         session->Process(event);
         if (session->counters().undecodable > undecodable) {
-          const Accused sender = event.channel == wire::kImu      ? Accused::kImu
-                                 : event.channel == wire::kCamera ? Accused::kVision
-                                                                  : Accused::kWheels;
-          Note("undecodable", now, sender, &out.findings).in_health = true;
+          Note("undecodable", now, SenderOf(event.channel), &out.findings).in_health = true;
         }
         if (event.channel == wire::kCamera && !session->dr_fault().empty()) {
           Note("constant", now, Accused::kDr, &out.findings).in_health = true;

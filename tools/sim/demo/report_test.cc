@@ -36,19 +36,12 @@ class RunOnABus : public ::testing::Test {
     ASSERT_TRUE(ImageSamples::Attach(bus_, images_).ok());
     ASSERT_TRUE(RunRecorder::Attach(bus_, recorder_).ok());
     const SE3 T_GW(ExpSO3({0, 0, 1}), {3, 2, 0});
-    std::vector<uint8_t> pixels(64 * 64, 100);
     for (int i = 0; i < 100; ++i) {
       const Utime utime{1'000'000'000 + i * 100'000};
       const bool blind = i >= 40 && i < 60;
       const double way = 0.05 * i;
       const SE3 T_WB(Eigen::Quaterniond::Identity(), {way + (i < 40 ? 0 : 0.02), 0, 0});
-      bus_.set_now(utime);
-      CameraFrame camera;
-      camera.utime = utime;
-      camera.seq = i + 1;
-      camera.left = {pixels.data(), 64, 64, 64, PixelFormat::kGray8};
-      camera.right = camera.left;
-      Publish(wire::kCamera, wire::Encode(camera));
+      PublishImage(utime, i + 1);
       if (with_truth) {
         const SE3 T_GB = T_GW * SE3(Eigen::Quaterniond::Identity(), {way, 0, 0});
         Publish(wire::kGroundTruth, wire::Encode(GroundTruth{utime, i + 1, T_GB}));
@@ -64,6 +57,20 @@ class RunOnABus : public ::testing::Test {
       Publish(wire::kFramePose, wire::Encode(pose));
     }
     Publish(wire::kNote, wire::Encode(wire::Note{{1'000'000'000}, 1, "navigate.reached", "a < b"}));
+  }
+  void PublishImage(Utime utime, int64_t seq) {
+    const std::vector<uint8_t> pixels(64 * 64, 100);
+    CameraFrame camera;
+    camera.utime = utime;
+    camera.seq = seq;
+    camera.left = {pixels.data(), 64, 64, 64, PixelFormat::kGray8};
+    camera.right = camera.left;
+    bus_.set_now(utime);
+    Publish(wire::kCamera, wire::Encode(camera));
+  }
+  // A thousand images, two a second.
+  void PublishLongRun() {
+    for (int i = 0; i < 1000; ++i) PublishImage({1'000'000'000 + i * 500'000LL}, i + 1);
   }
   void Publish(const char* channel, const wire::Bytes& message) {
     ASSERT_TRUE(bus_.Publish(channel, message).ok());
@@ -131,16 +138,7 @@ TEST_F(RunOnABus, ThePageHasTheRunInIt) {
 
 TEST_F(RunOnABus, ALongRunHasNoMoreImages) {
   ASSERT_TRUE(RunRecorder::Attach(bus_, recorder_).ok());
-  std::vector<uint8_t> pixels(64 * 64, 100);
-  for (int i = 0; i < 1000; ++i) {
-    CameraFrame camera;
-    camera.utime = {1'000'000'000 + i * 500'000LL};
-    camera.seq = i + 1;
-    camera.left = {pixels.data(), 64, 64, 64, PixelFormat::kGray8};
-    camera.right = camera.left;
-    bus_.set_now(camera.utime);
-    Publish(wire::kCamera, wire::Encode(camera));
-  }
+  PublishLongRun();
   const size_t kept = recorder_.Messages().size();
   EXPECT_LE(kept, RunRecorder::kMostImages);
   EXPECT_GE(kept, RunRecorder::kMostImages / 2);
@@ -173,15 +171,7 @@ TEST_F(RunOnABus, ARunWithoutAPoseIsAnErrorThatSaysWhatToLookAt) {
 
 TEST_F(RunOnABus, ImagesAreKeptEvenlyHoweverLongTheRun) {
   ASSERT_TRUE(ImageSamples::Attach(bus_, images_).ok());
-  std::vector<uint8_t> pixels(64 * 64, 100);
-  for (int i = 0; i < 1000; ++i) {
-    CameraFrame camera;
-    camera.utime = {1'000'000'000 + i * 500'000LL};
-    camera.seq = i + 1;
-    camera.left = {pixels.data(), 64, 64, 64, PixelFormat::kGray8};
-    camera.right = camera.left;
-    Publish(wire::kCamera, wire::Encode(camera));
-  }
+  PublishLongRun();
   const auto& samples = images_.samples();
   EXPECT_LE(samples.size(), ImageSamples::kMost);
   EXPECT_GE(samples.size(), ImageSamples::kMost / 2);

@@ -55,13 +55,68 @@ TEST_F(RecordedMotionFile, TheCurveStaysCloseToTheRecordingAndInsideItsCorridor)
   }
 }
 
+TEST_F(RecordedMotionFile, TheOdometryCarriesBetweenTheKeptScansOfALaser) {
+  // A pose every 3 s, in which the robot turns by 43 degrees.
+  const auto motion =
+      RecordedMotion::Load(Write("kept", Circle(0, 21, 3)), Write("odom", Circle(0, 21, 0.1)));
+  ASSERT_TRUE(motion.ok()) << motion.error().message;
+  for (double t = 1; t < 17; t += 0.013) {
+    const auto at = motion->At(t);
+    EXPECT_LT((at.position - Eigen::Vector2d(2 * std::sin(t / 4), 2 - 2 * std::cos(t / 4))).norm(),
+              0.005);
+    EXPECT_LT(std::abs(std::remainder(at.yaw - t / 4, 2 * 3.141592653589793)), 0.003);
+  }
+}
+
+TEST_F(RecordedMotionFile, AJumpOfTheReferenceIsNoShockForTheRobot) {
+  // Straight ahead at 0.5 m/s; the reference says 0.4 m more from 10 s on.
+  const auto line = [](double end, double step, double jump_at, double jump) {
+    std::string text;
+    char row[100];
+    for (double t = 0; t <= end; t += step) {
+      std::snprintf(row, sizeof row, "%.6f %.6f 0 0 0 0 0 1\n", t,
+                    0.5 * t + (t >= jump_at ? jump : 0));
+      text += row;
+    }
+    return text;
+  };
+  const auto motion = RecordedMotion::Load(Write("jumps", line(20, 0.025, 10, 0.4)),
+                                           Write("odom", line(20, 0.05, 30, 0)));
+  ASSERT_TRUE(motion.ok()) << motion.error().message;
+  double fastest = 0;
+  for (double t = 1; t < 19; t += 0.01) {
+    fastest = std::max(fastest, (motion->At(t + 0.01).position - motion->At(t).position).norm());
+  }
+  // m/s; a Gaussian of 0.25 m, which is 0.5 s here, spreads 0.4 m: 0.32 m/s.
+  EXPECT_LT(fastest / 0.01, 0.5 + 0.4);
+  EXPECT_NEAR(motion->At(15).position.x(), 7.9, 0.001);
+}
+
+TEST_F(RecordedMotionFile, ARobotWhoseWheelsStandStands) {
+  // 1 m, 20 s of rest in which the reference creeps by 0.1 m, 1 m.
+  std::string reference, odometry;
+  char row[100];
+  for (double t = 0; t <= 24; t += 0.05) {
+    const double moved = 0.5 * (std::min(t, 2.0) + std::max(t - 22, 0.0));
+    std::snprintf(row, sizeof row, "%.6f %.6f 0 0 0 0 0 1\n", t, moved);
+    odometry += row;
+    std::snprintf(row, sizeof row, "%.6f %.6f 0 0 0 0 0 1\n", t, moved + 0.1 * t / 24);
+    reference += row;
+  }
+  const auto motion = RecordedMotion::Load(Write("creeps", reference), Write("rests", odometry));
+  ASSERT_TRUE(motion.ok()) << motion.error().message;
+  EXPECT_LT((motion->At(21.5).position - motion->At(2.5).position).norm(), 1e-5);
+  EXPECT_GT((motion->At(24).position - motion->At(0).position).norm(), 2.02);
+}
+
 TEST_F(RecordedMotionFile, GapsAndNonsenseAreErrorsWithTheirLine) {
-  const std::string good = Write("good", Circle(0, 20, 0.05));
-  const std::string gap = Write("gap", Circle(0, 5, 0.5) + Circle(8, 9, 0.5));
-  EXPECT_THAT(RecordedMotion::Load(gap, good).error().message, HasSubstr("gap:14: gap of"));
+  const std::string good = Write("good", Circle(0, 40, 0.05));
+  const std::string gap = Write("gap", Circle(0, 5, 0.5) + Circle(20, 30, 0.5));
+  EXPECT_THAT(RecordedMotion::Load(gap, good).error().message, HasSubstr("gap: no pose for 7.4"));
+  EXPECT_THAT(RecordedMotion::Load(good, gap).error().message, HasSubstr("gap: gap of 15.0"));
   EXPECT_THAT(RecordedMotion::Load(good, Write("bad", "1000 1 2 3\n")).error().message,
               HasSubstr("bad:1: want"));
-  EXPECT_THAT(RecordedMotion::Load(good, Write("late", Circle(30, 40, 0.1))).error().message,
+  EXPECT_THAT(RecordedMotion::Load(good, Write("late", Circle(50, 60, 0.1))).error().message,
               HasSubstr("shares less than a second"));
   EXPECT_EQ(RecordedMotion::Load(good, "none").error().code, ErrorCode::kNotFound);
 }

@@ -1,5 +1,6 @@
 #include "tools/sim/sim/recorded_motion.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -16,6 +17,8 @@ constexpr double kSmoothing = 0.07;   // s, least sigma of the average around a 
 // wheel half a track from the middle, m per rad.
 constexpr double kReferenceMean = 0.25;
 constexpr double kTurnWay = 0.3;
+constexpr double kMountWindow = 1.5;  // s, of a motion from which the mount is found
+constexpr double kMountNoise = 0.03;  // m, of such a motion: half of it is good by wheels and laser
 constexpr double kMaxOdometryGap = 5.0;  // s
 constexpr double kMaxBridge = 5.0;       // m by odometry between two poses of the reference
 
@@ -130,6 +133,53 @@ Eigen::Vector3d Carry(const Eigen::Vector3d& pose, const Eigen::Vector3d& odomet
   return out;
 }
 
+// Where the frame of the odometry is in the frame of the reference. A reference follows a laser or
+// a marker, or what its maker took for the middle of the robot: centimetres from the wheels' axle,
+// and degrees beside where they roll.
+struct Mount {
+  double yaw = 0;
+  Eigen::Vector2d lever = Eigen::Vector2d::Zero();  // m
+};
+
+// By least squares over motions of both, with Cauchy's weights:
+//   way of the reference = s R(yaw) way of the odometry + (I - R(turn)) lever
+// with a free scale s of the wheels, which stays theirs.
+Mount FindMount(const std::vector<Sample>& reference, double begin, const Curve& odometry) {
+  const Curve planar = PlanarOf(reference);
+  std::vector<Eigen::Matrix<double, 2, 4>> rows;
+  std::vector<Eigen::Vector2d> ways;
+  size_t j = 0;
+  for (size_t i = 0; i < reference.size(); ++i) {
+    while (j + 1 < reference.size() && reference[j].t < reference[i].t + kMountWindow) ++j;
+    const double window = reference[j].t - reference[i].t;
+    if (window < kMountWindow || window > 3 * kMountWindow) continue;
+    const Eigen::Vector3d from = LineAt(odometry, (reference[i].t - begin) / kKnotSpacing);
+    const Eigen::Vector3d to = LineAt(odometry, (reference[j].t - begin) / kKnotSpacing);
+    const Eigen::Vector2d way = Eigen::Rotation2Dd(-from.z()) * (to - from).head<2>();
+    const Eigen::Matrix2d turned = Eigen::Rotation2Dd(to.z() - from.z()).toRotationMatrix();
+    Eigen::Matrix<double, 2, 4> row;
+    row << way.x(), -way.y(), 1 - turned(0, 0), -turned(0, 1),  //
+        way.y(), way.x(), -turned(1, 0), 1 - turned(1, 1);
+    rows.push_back(row);
+    ways.push_back(Eigen::Rotation2Dd(-planar[i].z()) * (planar[j] - planar[i]).head<2>());
+  }
+  Eigen::Vector4d x(1, 0, 0, 0);
+  for (int round = 0; round < 10; ++round) {
+    // Without turns the lever is not seen and stays where it is said to be.
+    Eigen::Matrix4d H = Eigen::Vector4d(0, 0, 1, 1).asDiagonal();
+    Eigen::Vector4d g = Eigen::Vector4d::Zero();
+    for (size_t k = 0; k < rows.size(); ++k) {
+      const double r2 = (ways[k] - rows[k] * x).squaredNorm() / (kMountNoise * kMountNoise);
+      H += rows[k].transpose() * rows[k] / (1 + r2);
+      g += rows[k].transpose() * ways[k] / (1 + r2);
+    }
+    const Eigen::LDLT<Eigen::Matrix4d> factor(H);
+    if (!factor.isPositive() || H(0, 0) < 1e-3) return {};  // stands
+    x = factor.solve(g);
+  }
+  return {std::atan2(x[1], x[0]), x.tail<2>()};
+}
+
 // How far the odometry has moved by each knot, m. A robot that stands by its wheels stands.
 std::vector<double> Effort(const Curve& odometry) {
   std::vector<double> out = {0};
@@ -143,8 +193,13 @@ std::vector<double> Effort(const Curve& odometry) {
 // The reference at every knot: between two of its poses the odometry carries both towards each
 // other, and what they differ by goes with the time between them. `odometry`: the knots of its own
 // curve.
-Curve BridgeReference(const std::vector<Sample>& reference, double begin, const Curve& odometry) {
-  const Curve planar = PlanarOf(reference);
+Curve BridgeReference(const std::vector<Sample>& reference, const Mount& mount, double begin,
+                      const Curve& odometry) {
+  Curve planar = PlanarOf(reference);
+  for (Eigen::Vector3d& pose : planar) {
+    pose.head<2>() += Eigen::Rotation2Dd(pose.z()) * mount.lever;
+    pose.z() += mount.yaw;
+  }
   const auto odometry_at = [&](double t) { return LineAt(odometry, (t - begin) / kKnotSpacing); };
   Curve out;
   size_t before = 0;
@@ -231,7 +286,8 @@ Result<RecordedMotion> RecordedMotion::Load(const std::string& trajectory,
   const double interval =
       (wheels->back().t - wheels->front().t) / static_cast<double>(wheels->size() - 1);
   const Curve by_wheels = FitKnots(*wheels, begin, knots, std::max(kSmoothing, interval));
-  motion.knots_ = MeanByOdometry(BridgeReference(*reference, begin, by_wheels), by_wheels);
+  const Mount mount = FindMount(*reference, begin, by_wheels);
+  motion.knots_ = MeanByOdometry(BridgeReference(*reference, mount, begin, by_wheels), by_wheels);
   for (const Sample& s : *wheels) {
     if (s.t >= begin && s.t <= end) motion.odometry_.push_back({s.t - begin, s.pose});
   }

@@ -109,6 +109,43 @@ TEST_F(RecordedMotionFile, ARobotWhoseWheelsStandStands) {
   EXPECT_GT((motion->At(24).position - motion->At(0).position).norm(), 2.02);
 }
 
+TEST_F(RecordedMotionFile, TheWayIsThatOfTheWheelsWhereverTheReferenceIsMounted) {
+  // Wheels on an S of 2 m radius; the reference is 0.2 m behind them, 0.05 m to the left, and looks
+  // 3 degrees to the left.
+  const double askew = 3 * 3.141592653589793 / 180;
+  const auto yaw_at = [](double t) { return 2 * std::sin(t / 4); };
+  std::string reference, odometry;
+  Eigen::Vector3d pose = Eigen::Vector3d::Zero();
+  char row[200];
+  for (double t = 0; t <= 40; t += 0.02) {
+    // Rolls along its own heading.
+    const double yaw = yaw_at(t);
+    pose.head<2>() += 0.5 * 0.02 * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    pose.z() = yaw_at(t + 0.01);
+    const Eigen::Vector2d p =
+        pose.head<2>() + Eigen::Rotation2Dd(pose.z()) * Eigen::Vector2d(-0.2, 0.05);
+    std::snprintf(row, sizeof row, "%.6f %.9f %.9f 0 0 0 %.9f %.9f\n", t, pose.x(), pose.y(),
+                  std::sin(pose.z() / 2), std::cos(pose.z() / 2));
+    odometry += row;
+    std::snprintf(row, sizeof row, "%.6f %.9f %.9f 0 0 0 %.9f %.9f\n", t, p.x(), p.y(),
+                  std::sin((pose.z() + askew) / 2), std::cos((pose.z() + askew) / 2));
+    reference += row;
+  }
+  const auto motion = RecordedMotion::Load(Write("beside", reference), Write("rolls", odometry));
+  ASSERT_TRUE(motion.ok()) << motion.error().message;
+  // It rolls straight ahead all the time.
+  double sideways = 0, way = 0;
+  for (double t = 1; t < 39; t += 0.1) {
+    const auto a = motion->At(t), b = motion->At(t + 0.1);
+    const Eigen::Vector2d step =
+        Eigen::Rotation2Dd(-0.5 * (a.yaw + b.yaw)) * (b.position - a.position);
+    sideways = std::max(sideways, std::abs(step.y()));
+    way += step.x();
+  }
+  EXPECT_LT(sideways, 0.0005);
+  EXPECT_NEAR(way, 19, 0.1);
+}
+
 TEST_F(RecordedMotionFile, GapsAndNonsenseAreErrorsWithTheirLine) {
   const std::string good = Write("good", Circle(0, 40, 0.05));
   const std::string gap = Write("gap", Circle(0, 5, 0.5) + Circle(20, 30, 0.5));

@@ -1,0 +1,40 @@
+// What study "real-wheels" is made of: where on a recorded way the light goes out and the walls are
+// bare, and the table of what became of the pose there.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/lab/study/experiment.h"
+#include "tools/lab/study/fault_measures.h"
+#include "tools/sim/sim/recorded_motion.h"
+#include "tools/sim/sim/scenario.h"
+
+namespace gw::study {
+
+// Adds to the scenario what is hard on the way, once for every 40 m or part of that: all lights off
+// for 5 s after a third of it, and bare walls, floor and ceiling around 8 m after two thirds; and
+// ends it after `length` metres.
+void MakeWayHard(const sim::RecordedMotion& motion, double length, sim::Scenario* scenario);
+
+struct RealWheelsRow {
+  std::string name;
+  double way_m = 0, seconds = 0;
+  // RMSE of the positions, m, of poses as published; empty: not determined.
+  std::optional<double> wheels_m, dr_m;
+  FaultNumbers none, full;
+  std::string said;  // what `full` said was wrong, by reason
+};
+
+// Of one run: `full` over the better of the wheels and vision alone, and over the wheels.
+struct RealWheelsRatios {
+  std::optional<double> to_best, to_wheels;
+};
+RealWheelsRatios RatiosOf(const RealWheelsRow& row);
+
+// Bars: full <= 1.05 x the better of wheels and vision alone on each run, <= 0.5 x the wheels in
+// the mean of the ratios; a pose for every image.
+StudyFiles RenderRealWheels(const std::string& origin, const std::vector<RealWheelsRow>& rows);
+
+}  // namespace gw::study

@@ -8,28 +8,16 @@
 #include <filesystem>
 #include <utility>
 
-#include "common/config/writer.h"
 #include "common/core/format.h"
 #include "common/core/version.h"
-#include "common/process/event_log.h"
-#include "tools/data/files/text_file.h"
+#include "tools/lab/bench_suite/programs.h"
 #include "tools/lab/study/fault_run.h"
 #include "tools/lab/study/study.h"
-#include "tools/sim/sim/simulation.h"
 
 namespace gw::study {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kPart = 40;                // m of the way that have one dark and one bare span
-constexpr double kDark = 5;                 // s
-constexpr double kBare = 8;                 // m
-constexpr double kCorridorHalfWidth = 1.6;  // m, from the way to the walls; as gw-sim has it
-constexpr double kWallsWithin = kCorridorHalfWidth + 0.5;  // m, both faces of them
-constexpr double kStep = 0.1;                              // s
-constexpr int64_t kStartUs = 1'000'000'000'000'000;
-constexpr int kThreads = 2;  // that render
 
 constexpr double kBestBar = 1.05, kWheelsBar = 0.5;
 
@@ -53,36 +41,15 @@ Result<Recording> FindRecording(const std::string& folder) {
 }
 
 // Renders the camera along the way into a log and writes the robot's configuration beside it.
-Result<Done> Render(const Recording& recording, double length, sim::Scenario scenario,
-                    const std::string& log_path, const std::string& config_path) {
-  auto motion = sim::RecordedMotion::Load(recording.truth, recording.odometry);
-  if (!motion) return motion.error();
-  scenario.name += "_" + recording.name;
-  MakeWayHard(*motion, length, &scenario);
-  const floorplan::FloorMap map = motion->CorridorAround(kCorridorHalfWidth);
-  const auto sim =
-      sim::Simulation::Create(scenario, map, *std::move(motion), Utime{kStartUs}, kThreads);
-  if (!sim) return sim.error();
-  const auto written = tools::WriteTextFile(
-      config_path, WriteRobotConfig((*sim)->robot_config(), ConfigText::kShort));
-  if (!written) return written.error();
-  const std::string part = log_path + ".part";
-  auto log = process::EventLogWriter::Create(part);
-  if (!log) return log.error();
-  bool more = true;
-  while (more) {
-    more = (*sim)->Step();
-    for (const sim::Outgoing& out : (*sim)->Take(!more)) {
-      const auto done = log->Append(out.arrival, out.channel, out.message);
-      if (!done) return done.error();
-    }
-  }
-  const auto closed = log->Close();
-  if (!closed) return closed.error();
-  std::error_code error;
-  fs::rename(part, log_path, error);
-  if (error) return Error{ErrorCode::kIo, log_path + ": " + error.message()};
-  return Done{};
+Result<Done> Render(const Recording& recording, const std::string& scenario,
+                    const std::string& base) {
+  const auto program = bench::SiblingProgram("gw-sim");
+  if (!program) return program.error();
+  std::fprintf(stderr, "gw-study: rendering %s.lcm\n", base.c_str());
+  return bench::RunProgram(
+      {*program, "--scenario", scenario, "--trajectory", recording.truth, "--odometry",
+       recording.odometry, "--log", base + ".lcm", "--config-out", base + ".yaml"},
+      base + ".out");
 }
 
 double WayOf(const eval::Trajectory& truth) {
@@ -113,15 +80,15 @@ class RealWheelsStudy : public Study {
                    "folders with the way of a robot and its odometry: groundtruth.txt and odom.txt "
                    "(OpenLORIS), or laser_pose.txt and odom_raw.txt (CARMEN)")
         ->required();
-    app.add_option("--scenario", scenario_, "of gw-sim: camera, walls (YAML)")->required();
+    app.add_option(
+           "--scenario", scenario_,
+           "of gw-sim: camera, walls, what is hard on the way (config/scenarios/real_wheels.yaml)")
+        ->required();
     app.add_option("--logs", logs_, "folder for the logs; what is there is used again")->required();
-    app.add_option("--length", length_, "metres of each way (200)")->check(CLI::PositiveNumber);
     app.add_option("--seed", seed_, "start of the runs (0)")->check(CLI::Range(0, 100));
   }
 
   Result<StudyFiles> Run() override {
-    const auto scenario = sim::LoadScenario(scenario_);
-    if (!scenario) return scenario.error();
     std::error_code error;
     fs::create_directories(logs_, error);
     if (error) return Error{ErrorCode::kIo, logs_ + ": cannot be made: " + error.message()};
@@ -129,7 +96,7 @@ class RealWheelsStudy : public Study {
     for (const std::string& folder : folders_) {
       const auto recording = FindRecording(folder);
       if (!recording) return recording.error();
-      auto row = RunRecording(*recording, *scenario);
+      auto row = RunRecording(*recording);
       if (!row) return row.error();
       std::fprintf(stderr, "gw-study: %s: wheels %s, none %s, full %s m\n", row->name.c_str(),
                    Number(row->wheels_m, 3).c_str(), Number(row->none.ape_m, 3).c_str(),
@@ -142,12 +109,10 @@ class RealWheelsStudy : public Study {
   }
 
  private:
-  Result<RealWheelsRow> RunRecording(const Recording& recording,
-                                     const sim::Scenario& scenario) const {
+  Result<RealWheelsRow> RunRecording(const Recording& recording) const {
     const std::string base = (fs::path(logs_) / recording.name).string();
     if (!fs::exists(base + ".lcm")) {
-      std::fprintf(stderr, "gw-study: rendering %s.lcm\n", base.c_str());
-      const auto rendered = Render(recording, length_, scenario, base + ".lcm", base + ".yaml");
+      const auto rendered = Render(recording, scenario_, base);
       if (!rendered) return rendered.error();
     }
     auto experiment = LoadExperiment(base + ".lcm", base + ".yaml");
@@ -174,7 +139,6 @@ class RealWheelsStudy : public Study {
 
   std::vector<std::string> folders_;
   std::string scenario_, logs_;
-  double length_ = 200;
   int seed_ = 0;
 };
 
@@ -203,38 +167,6 @@ plot::Drawing Bars(const std::string& origin, const std::vector<RealWheelsRow>& 
 
 }  // namespace
 
-void MakeWayHard(const sim::RecordedMotion& motion, double length, sim::Scenario* scenario) {
-  // Time and place by way.
-  std::vector<double> way = {0};
-  double t = kStep;
-  for (; t <= motion.duration_s() && way.back() < length; t += kStep) {
-    const double step = (motion.At(t).position - motion.At(t - kStep).position).norm();
-    way.push_back(way.back() + step);
-  }
-  scenario->max_duration_s = static_cast<double>(way.size() - 1) * kStep;
-  const auto time_at = [&](double metres) {
-    const auto at = std::lower_bound(way.begin(), way.end(), metres);
-    return static_cast<double>(at - way.begin()) * kStep;
-  };
-  const int parts = std::max(1, static_cast<int>(std::lround(way.back() / kPart)));
-  const double part = way.back() / parts;
-  for (int i = 0; i < parts; ++i) {
-    sim::Event dark;
-    dark.kind = sim::EventKind::kLightsOff;
-    dark.at_s = time_at((i + 1.0 / 3) * part);
-    dark.for_s = kDark;
-    scenario->events.push_back(dark);
-    Eigen::AlignedBox2d bare;
-    const double begin = (i + 2.0 / 3) * part;
-    for (double s = time_at(begin); s <= time_at(begin + kBare); s += kStep) {
-      bare.extend(motion.At(s).position);
-    }
-    scenario->world.blank_regions.push_back(
-        {bare.min().x() - kWallsWithin, bare.min().y() - kWallsWithin,
-         bare.max().x() + kWallsWithin, bare.max().y() + kWallsWithin});
-  }
-}
-
 RealWheelsRatios RatiosOf(const RealWheelsRow& row) {
   RealWheelsRatios out;
   if (!row.full.ape_m || !row.wheels_m) return out;
@@ -247,8 +179,7 @@ StudyFiles RenderRealWheels(const std::string& origin, const std::vector<RealWhe
   StudyFiles files;
   files.markdown =
       "# Real wheels under a rendered camera\n\n" + origin +
-      ". APE RMSE in m, live poses, aligned by yaw and shift. Lights out for 5 s and 8 m of bare "
-      "walls in every 40 m. Bars: `full` at most " +
+      ". APE RMSE in m, live poses, aligned by yaw and shift. Bars: `full` at most " +
       FormatFixed(kBestBar, 2) + " x the better of wheels and `none` on each, " +
       FormatFixed(kWheelsBar, 1) +
       " x wheels in the mean of the ratios; a pose for every image. Blind: images that dead "

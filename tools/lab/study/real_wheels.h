@@ -1,5 +1,5 @@
-// What study "real-wheels" is made of: where on a recorded way the light goes out and the walls are
-// bare, and the table of what became of the pose there.
+// The table of study "real-wheels": what became of the pose where the odometry of a real robot was
+// driven under a rendered camera.
 #pragma once
 
 #include <optional>
@@ -8,15 +8,8 @@
 
 #include "tools/lab/study/experiment.h"
 #include "tools/lab/study/fault_measures.h"
-#include "tools/sim/sim/recorded_motion.h"
-#include "tools/sim/sim/scenario.h"
 
 namespace gw::study {
-
-// Adds to the scenario what is hard on the way, once for every 40 m or part of that: all lights off
-// for 5 s after a third of it, and bare walls, floor and ceiling around 8 m after two thirds; and
-// ends it after `length` metres.
-void MakeWayHard(const sim::RecordedMotion& motion, double length, sim::Scenario* scenario);
 
 struct RealWheelsRow {
   std::string name;

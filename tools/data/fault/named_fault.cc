@@ -55,6 +55,8 @@ constexpr FaultKind kKinds[] = {
     {kFlicker, "flicker", kCamera, 0, 0, "exposure gain 0.6 and 1.4 in turn, clipped"},
     {kHalfCovered, "half_covered", kCamera, 0, 0,
      "the left half of the (left) lens is covered: grey, blurred, without depth"},
+    {kKeyhole, "keyhole", kCamera, kOnceAt, 0,
+     "all is dark but a tenth of the width in the middle: little is in sight"},
 };
 
 }  // namespace

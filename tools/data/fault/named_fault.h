@@ -43,6 +43,7 @@ enum class FaultId {
   kPerson,
   kFlicker,
   kHalfCovered,
+  kKeyhole,
 };
 
 // Which logs a fault concerns.

@@ -15,6 +15,7 @@ constexpr double kGains[] = {0.6, 1.4};
 // What a finger or tape before half of the lens looks like: even grey with a soft edge.
 constexpr double kCoverGrey = 90, kCoverShare = 0.9;
 constexpr double kCoverBlur = 1.0 / 40;  // of the width of the image
+constexpr double kKeyholeWidth = 0.1;    // of the width of the image
 
 bool IsOfCamera(FaultTarget target) {
   return target == FaultTarget::kCamera || target == FaultTarget::kStereo ||
@@ -28,6 +29,18 @@ void CoverLeftHalf(CameraImages* images) {
   cv::GaussianBlur(covered, covered, cv::Size(), kCoverBlur * images->left.cols);
   covered(half).copyTo(images->left(half));
   if (!images->depth.empty()) images->depth(half) = 0;
+}
+
+void DarkenButKeyhole(CameraImages* images) {
+  const auto keep_middle = [](cv::Mat* image) {
+    if (image->empty()) return;
+    const int width = static_cast<int>(kKeyholeWidth * image->cols);
+    const cv::Rect hole((image->cols - width) / 2, (image->rows - width) / 2, width, width);
+    cv::Mat dark = cv::Mat::zeros(image->size(), image->type());
+    (*image)(hole).copyTo(dark(hole));
+    *image = dark;
+  };
+  for (cv::Mat* image : {&images->left, &images->right, &images->depth}) keep_middle(image);
 }
 
 }  // namespace
@@ -82,6 +95,8 @@ void VisionFaults::Edit(const NamedFault& fault, DurationUs since_begin,
       return;
     case FaultId::kHalfCovered:
       return CoverLeftHalf(images);
+    case FaultId::kKeyhole:
+      return DarkenButKeyhole(images);
     default:
       return;
   }

@@ -91,6 +91,18 @@ TEST(VisionFaults, HalfOfTheLeftLensIsCovered) {
   EXPECT_EQ(Grey(VisionFault(FaultId::kHalfCovered, Kind::kStereo).Next().right, 100, 40), 10);
 }
 
+TEST(VisionFaults, AKeyholeLeavesAWindowInTheMiddleOfBothEyesAndTheDepth) {
+  const CameraImages stereo = VisionFault(FaultId::kKeyhole, Kind::kStereo).Next();
+  const CameraImages rgbd = VisionFault(FaultId::kKeyhole, Kind::kRgbd).Next();
+  const int side = kWidth / 10;
+  EXPECT_EQ(cv::countNonZero(stereo.left), side * side);
+  EXPECT_EQ(cv::countNonZero(stereo.right), side * side);
+  EXPECT_EQ(cv::countNonZero(rgbd.depth), side * side);
+  EXPECT_EQ(Grey(stereo.left), 110);
+  EXPECT_EQ(Depth(rgbd.depth), 2000);
+  EXPECT_EQ(Grey(stereo.left, kHeight / 2, kWidth / 2 + side), 0);
+}
+
 // They do not move from image to image, and lie apart by the disparity of their depth.
 TEST(VisionFaults, DotsStandStillInBothEyes) {
   VisionFault fault(FaultId::kDots, Kind::kStereo);

@@ -43,7 +43,7 @@ Result<std::vector<Sample>> LoadPoses(const std::string& path, Disorder disorder
     double v[8];
     bool good = true;
     for (double& value : v) good = good && (fields >> value) && std::isfinite(value);
-    const std::string where = path + ":" + std::to_string(number) + ": ";
+    const std::string where = path + (":" + std::to_string(number)).append(": ");
     const Eigen::Quaterniond q =
         good ? Eigen::Quaterniond(v[7], v[4], v[5], v[6]) : Eigen::Quaterniond::Identity();
     if (!good || std::abs(q.norm() - 1) > 1e-2) {

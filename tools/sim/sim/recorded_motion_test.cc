@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 class RecordedMotionFile : public ::testing::Test {
  protected:
   std::string Write(const std::string& name, const std::string& content) {
-    const std::string path =
+    std::string path =
         (std::filesystem::path(::testing::TempDir()) / ("recorded_motion_" + name)).string();
     std::ofstream(path) << content;
     written_.push_back(path);

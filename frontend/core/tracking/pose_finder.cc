@@ -11,6 +11,7 @@
 #include "common/good_weights/quality.h"
 #include "common/vision/descriptor_pairing.h"
 #include "common/vision/pose_ransac.h"
+#include "frontend/core/place/recovery.h"
 
 namespace gw::frontend {
 namespace {
@@ -208,6 +209,15 @@ FoundPose PoseFinder::Result(const Association& a, KeyframeId reference) const {
   return out;
 }
 
+// Beside a prior, few inliers are believed when they are as many of the matches of the first stage
+// as a right prediction has, and not what chance leaves of a wrong one.
+bool PoseFinder::IsFounded(const PosePrediction& prediction, const Association& a,
+                           int fewest) const {
+  if (fewest == 0 || !PriorFor(prediction, a.scale)) return true;
+  if (a.estimate.num_inliers >= Recovery::kConvincingInliers) return true;
+  return ConfirmsPrediction(a.estimate.num_inliers, a.num_first_stage);
+}
+
 FoundPose PoseFinder::Follow(const PosePrediction& prediction,
                              const std::vector<TrackedPoint>& tracked, KeyframeId reference,
                              LocalMap* map) {
@@ -246,6 +256,7 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
     if (trust(best) || radius >= kMaxRadius) break;
   }
   const int fewest = FewestMatches(prediction, best.scale);
+  const bool founded = IsFounded(prediction, best, fewest);
   if (best.num_first_stage >= fewest && best.estimate.num_inliers >= fewest / 2) {
     SearchLocalMap(PriorFor(prediction, best.scale), &reference, map, &best);
   }
@@ -260,7 +271,7 @@ FoundPose PoseFinder::Follow(const PosePrediction& prediction,
   if (best.num_first_stage < fewest) {
     out.reason = frame_->num_detected < config_.min_inliers ? TrackingReason::kTooFewFeatures
                                                             : TrackingReason::kTooFewMatches;
-  } else if (best.estimate.num_inliers < needed) {
+  } else if (best.estimate.num_inliers < needed || !founded) {
     out.reason = TrackingReason::kTooFewInliers;
   }
   out.found = out.reason == TrackingReason::kNone;

@@ -97,6 +97,7 @@ class PoseFinder {
 
   bool Fits(size_t feature, const Eigen::Vector3d& p_C) const;
   float SearchRadius(const Matrix6d& cov) const;
+  bool IsFounded(const PosePrediction& prediction, const Association& a, int fewest) const;
   int FewestMatches(const PosePrediction& prediction, const DrScale& scale) const;
   std::optional<PosePrior> PriorFor(const PosePrediction& prediction, const DrScale& scale) const;
   SearchableImage Image() const { return {frame_->features, frame_->descriptors, grid_}; }

@@ -8,12 +8,11 @@ namespace gw::frontend {
 
 std::string Describe(const LengthFault& fault) {
   if (!fault.found()) return "";
-  const std::string remedy =
-      "multiply the baseline (T_C0C1) or depth_unit_m by " + FormatFixed(1 / fault.too_long, 3);
   return "lengths that the camera tells are " + FormatFixed(fault.too_long, 3) +
-         " times too long, as wheels and accelerometer agree" +
-         (fault.corrected ? "; this is taken out of them, but " + remedy
-                          : ", and so is the map: " + remedy + " and begin a new map");
+         " times too long, as wheels and accelerometer agree: multiply the baseline (T_C0C1) or "
+         "depth_unit_m by " +
+         FormatFixed(1 / fault.too_long, 3) + " and begin a new map" +
+         (fault.corrected ? "; until then it is taken out" : "");
 }
 
 void ScaleWitness::Observe(const DrState& told) {

@@ -52,7 +52,7 @@ TEST(ScaleWitness, ForgetsWithTheFilterThatBeginsAnew) {
 TEST(LengthFault, TellsTheValueToSet) {
   EXPECT_EQ(Describe(LengthFault{}), "");
   EXPECT_NE(Describe(LengthFault{1.25, true}).find("by 0.800"), std::string::npos);
-  EXPECT_NE(Describe(LengthFault{1.25, false}).find("new map"), std::string::npos);
+  EXPECT_EQ(Describe(LengthFault{1.25, false}).find("taken out"), std::string::npos);
 }
 
 }  // namespace

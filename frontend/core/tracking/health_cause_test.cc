@@ -53,6 +53,7 @@ TEST(HealthCause, AConstantThatIsTakenOutIsNamedWhileVisionTracks) {
   EXPECT_THAT(
       HealthCause(frame, fault, LengthFault{}),
       testing::AllOf(HasSubstr("is taken out"), HasSubstr("multiply ticks_per_metre by 0.5")));
+  EXPECT_THAT(HealthCause(frame, {}, LengthFault{1.25, true}), HasSubstr("by 0.800"));
 }
 
 }  // namespace

@@ -217,6 +217,10 @@ const char* ReasonName(TrackingReason reason) {
       return "fixed_in_image";
     case TrackingReason::kEyesApart:
       return "eyes_apart";
+    case TrackingReason::kOneEyeTwice:
+      return "one_eye_twice";
+    case TrackingReason::kEyesExchanged:
+      return "eyes_exchanged";
   }
   return "invalid";
 }

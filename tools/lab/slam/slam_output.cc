@@ -286,7 +286,7 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
   for (size_t i = 0; i < run.laps.laps.size(); ++i) {
     const std::string lap_folder = folder + "/lap" + std::to_string(i + 1);
     const auto written = WriteLap(lap_folder, run.laps.laps[i], session, T_BOut);
-    if (!written) return written;
+    if (!written) return written.error();
   }
   return Done{};
 }

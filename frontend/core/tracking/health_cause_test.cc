@@ -22,7 +22,11 @@ TEST(HealthCause, NothingIsWrongWhileVisionTracks) {
 
 TEST(HealthCause, ACameraWithoutDepthIsNamedWhileNoMapBegins) {
   EXPECT_THAT(Cause(TrackingStatus::kInitializing, TrackingReason::kNoMap),
-              HasSubstr("order of left and right image"));
+              HasSubstr("unit of depth"));
+  EXPECT_THAT(Cause(TrackingStatus::kInitializing, TrackingReason::kOneEyeTwice),
+              HasSubstr("one eye comes twice"));
+  EXPECT_THAT(Cause(TrackingStatus::kDrOnly, TrackingReason::kEyesExchanged),
+              HasSubstr("exchanged"));
 }
 
 TEST(HealthCause, WhatSpoilsVisionComesBeforeWhatFollowsFromIt) {
@@ -53,6 +57,7 @@ TEST(HealthCause, AConstantThatIsTakenOutIsNamedWhileVisionTracks) {
   EXPECT_THAT(
       HealthCause(frame, fault, LengthFault{}),
       testing::AllOf(HasSubstr("is taken out"), HasSubstr("multiply ticks_per_metre by 0.5")));
+  EXPECT_THAT(HealthCause(frame, {}, LengthFault{1.25, true}), HasSubstr("by 0.800"));
 }
 
 }  // namespace

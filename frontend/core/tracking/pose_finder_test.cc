@@ -29,9 +29,10 @@ Keyframe View(const RectifiedCamera& camera) {
   k.id = KeyframeId{1};
   for (int i = 0; i < kLandmarks; ++i) {
     CounterRng rng(1, 2, static_cast<uint64_t>(i));
+    const int column = i % 6, row = i / 6;
     Feature f;
-    f.u = static_cast<float>(60 + 90 * (i % 6) + rng.Uniform(-10, 10));
-    f.v = static_cast<float>(60 + 90 * (i / 6) + rng.Uniform(-10, 10));
+    f.u = static_cast<float>(60 + 90 * column + rng.Uniform(-10, 10));
+    f.v = static_cast<float>(60 + 90 * row + rng.Uniform(-10, 10));
     f.depth = static_cast<float>(rng.Uniform(2, 3));
     f.u_right = f.u - static_cast<float>(camera.bf()) / f.depth;
     Descriptor d{};

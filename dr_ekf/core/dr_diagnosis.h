@@ -24,6 +24,7 @@ enum class DrDiagnosis {
   kWheelsTooFast,
   kHeadingStuck,
   kWheelTurnStuck,
+  kWheelsStand,
   kTrackIsOther,
   kWheelsTurnBackwards,
   kParted,
@@ -97,6 +98,11 @@ constexpr DrDiagnosisWords WordsOf(DrDiagnosis diagnosis) {
     case DrDiagnosis::kWheelTurnStuck:
       return {"wheel_turn_stuck",
               "the gyro turns and the wheels' heading does not: their turn is not used"};
+    case DrDiagnosis::kWheelsStand:
+      return {
+          "wheels_stand",
+          "the wheels' reading does not change while the IMU feels motion: the robot is carried "
+          "or pushed, or its encoders are not heard; check the base's driver and cables"};
     case DrDiagnosis::kTrackIsOther:
       return {"track_is_other",
               "the base turns by another factor than its track says (skid steer, wrong track): "

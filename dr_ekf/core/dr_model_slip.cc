@@ -44,8 +44,11 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interv
   const double own_speed = (way - interval.innovation) / interval.dt;
   if (!was_rejecting) {
     gate.speed_before = own_speed;
-    state.recent_slips += 1;
+    // Wheels that turn too far slip, and an accelerometer that finds it again and again is wrong.
+    // Wheels that do not turn at all do not slip: they are not heard, or the robot is carried.
+    (way == 0 ? state.recent_stands : state.recent_slips) += 1;
     if (state.recent_slips > kMostSlips) FindUnfit(state);
+    if (state.recent_stands > kMostSlips) state.wheels_stand = true;
   }
   // Tyres pull the robot toward the wheels' speed or let it stop: its speed lies between rest, what
   // it was, and the wheels'. An accelerometer that says otherwise is the one that is wrong.

@@ -52,8 +52,7 @@ void MoveSpeed(const Eigen::Vector3d& d_speed, double d_scale, FilterState& stat
   const Eigen::Vector3d change = state.v_OS_S / state.wheel_scale - before;
   state.P.middleRows<3>(kVelocity) += (change * state.P.row(kWheelScale)).eval();
   state.P.middleCols<3>(kVelocity) += (state.P.col(kWheelScale) * change.transpose()).eval();
-  state.transition.middleRows<3>(kVelocity) +=
-      (change * state.transition.row(kWheelScale)).eval();
+  state.transition.middleRows<3>(kVelocity) += (change * state.transition.row(kWheelScale)).eval();
 }
 
 }  // namespace
@@ -113,6 +112,7 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   // Far outside the prior the linear model means nothing; the bounds keep hostile data harmless.
   state.gyro_scale = (state.gyro_scale + d.segment<3>(kGyroScale)).cwiseMax(0.8).cwiseMin(1.2);
   state.yaw_scale = std::clamp(state.yaw_scale + d[kYawScale], kLeastYawScale, kMostYawScale);
+  state.turn_per_way = std::clamp(state.turn_per_way + d[kTurnPerWay], -0.5, 0.5);
   state.climb = std::clamp(state.climb + d[kClimb], -0.2, 0.2);
   state.crab = std::clamp(state.crab + d[kCrab], -0.2, 0.2);
   state.turn_centre = std::clamp(state.turn_centre + d[kTurnCentre], -0.5, 0.5);

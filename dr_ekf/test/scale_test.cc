@@ -1,5 +1,5 @@
-// The scale of the wheels as the accelerometer tells it. Only changes of speed tell it; the noise of
-// the samples in between must not, or it pulls the scale to one side all the time.
+// The scale of the wheels as the accelerometer tells it. Only changes of speed tell it; the noise
+// of the samples in between must not, or it pulls the scale to one side all the time.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -155,6 +155,7 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   if (usable.dr && !IsUsable(*usable.dr, usable.utime))
     ++counters_.dr_rejected;  // the map drops it
   usable.T_WC = CarriedPose(keyframe);
+  const bool other_lengths = keyframe.length_factor != map_.length_factor();
   map_.AddKeyframe(usable);
   loops_.File(usable);
   TakeObservations(usable);
@@ -172,8 +173,8 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
     join = joiner_.Consider(map_, context_, loops_.places(), keyframe.id);
   }
   out.update = join ? Join(*join) : Commit();
-  if (!out.update->removed_keyframes.empty()) {
-    counters_.keyframes_withdrawn += std::ssize(out.update->removed_keyframes);
+  counters_.keyframes_withdrawn += std::ssize(out.update->removed_keyframes);
+  if (other_lengths || !out.update->removed_keyframes.empty()) {
     poses_moved_revision_ = loop_revision_ = out.update->revision;  // of jobs cut before
   }
   ++counters_.keyframes_inserted;

@@ -49,6 +49,10 @@ struct Keyframe {
   // Vision was held by what is not the world: the keyframes of this piece between `previous` and
   // this one leave the map, with what they mapped (docs/adr/0058-void-keyframes.md).
   bool withdraws = false;
+  // By which the lengths that the camera tells as it is calibrated were multiplied: they have
+  // proven to be wrong. Those of a map that has another factor are to be corrected, in all its
+  // pieces (docs/adr/0060-a-wrong-scale-of-vision.md).
+  double length_factor = 1;
   std::optional<DrIncrement> dr;  // body motion from `previous` to this one, where DR covers it
   double q = 0;                   // quality of the frame it was made from
   int32_t num_tracked = 0;
@@ -119,6 +123,7 @@ struct MapUpdate {
   bool snapshot = false;       // replaces everything the receiver had; base_revision is then 0
   bool frozen = false;         // of a snapshot: the back-end takes in no keyframes, make none
   KeyframeId newest_keyframe;  // newest inserted; ids up to here are taken
+  double length_factor = 1;    // of all lengths, as in Keyframe
   std::vector<KeyframeUpdate> keyframes;
   std::vector<KeyframeRemoval> removed_keyframes;
   std::vector<LandmarkUpdate> landmarks;

@@ -6,10 +6,12 @@
 // in namespace gw::wire itself: argument-dependent lookup does not see unnamed namespaces.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -28,6 +30,18 @@ inline constexpr int64_t kMaxKeyframeId = int64_t{1} << 47;
 inline constexpr int64_t kMaxLandmarkId = kMaxKeyframeId * LandmarkId::kMaxFeatures;
 inline constexpr double kQuaternionNormTolerance = 1e-3;
 
+// Types change. Those of before are read as well, without the fields that came later.
+enum class TypeAge {
+  kBeforePieces,   // of a map; nor are there keyframes that withdraw others
+  kBeforeLengths,  // that are corrected
+  kNow,
+};
+struct OlderType {
+  int64_t fingerprint;
+  TypeAge age;
+};
+using OlderTypes = std::initializer_list<OlderType>;
+
 class Writer {
  public:
   template <typename T>
@@ -40,8 +54,8 @@ class Writer {
     Big(static_cast<uint64_t>(fingerprint));
   }
   Bytes Take() && { return std::move(bytes_); }
-  // Of the type as it was before: never written.
-  static constexpr bool older() { return false; }
+  // What came after this age: all of it.
+  static constexpr bool Has(TypeAge /*later_than*/) { return true; }
 
   void Time(const char*, Utime t) { Big(static_cast<uint64_t>(t.us)); }
   void Duration(const char*, int64_t us) { Big(static_cast<uint64_t>(us)); }
@@ -100,16 +114,22 @@ class Reader {
 
   // Fields alone.
   explicit Reader(ByteSpan fields) : type_(""), rest_(fields) {}
-  // A whole message. type: for error texts. older: fingerprint of the type as it was before, which
-  // is understood, too; 0: none.
-  Reader(const char* type, int64_t fingerprint, ByteSpan message, int64_t older = 0)
+  // A whole message. type: for error texts. older: the type as it was before, which is understood,
+  // too.
+  Reader(const char* type, int64_t fingerprint, ByteSpan message, OlderTypes older = {})
       : type_(type), rest_(message) {
     const auto told = static_cast<int64_t>(Big<uint64_t>());
-    older_ = older != 0 && told == older;
-    if (told != fingerprint && !older_) Fail("fingerprint", "of another type");
+    if (told == fingerprint) return;
+    const auto* const of_then = std::find_if(
+        older.begin(), older.end(), [&](const OlderType& o) { return o.fingerprint == told; });
+    if (of_then == older.end()) {
+      Fail("fingerprint", "of another type");
+    } else {
+      age_ = of_then->age;
+    }
   }
-  // The message is of the type as it was before.
-  bool older() const { return older_; }
+  // The message is of a type that has what came after this age.
+  bool Has(TypeAge later_than) const { return age_ > later_than; }
 
   bool ok() const { return field_ == nullptr; }
   // After the last field: everything read, nothing left over.
@@ -208,7 +228,7 @@ class Reader {
 
   const char* type_;
   ByteSpan rest_;
-  bool older_ = false;
+  TypeAge age_ = TypeAge::kNow;
   const char* field_ = nullptr;
   const char* rule_ = nullptr;
 };
@@ -286,7 +306,8 @@ Bytes EncodeFields(int64_t fingerprint, const T& value) {
 }
 
 template <typename T>
-Result<T> DecodeFields(const char* type, int64_t fingerprint, ByteSpan message, int64_t older = 0) {
+Result<T> DecodeFields(const char* type, int64_t fingerprint, ByteSpan message,
+                       OlderTypes older = {}) {
   Reader reader(type, fingerprint, message, older);
   T value;
   Fields(reader, value);

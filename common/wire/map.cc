@@ -14,20 +14,30 @@ namespace {
 constexpr int32_t kMaxCount = std::numeric_limits<int32_t>::max();
 constexpr double kMaxReal = std::numeric_limits<double>::max();
 constexpr int kMaxLevel = 31;
+constexpr double kLeastLengthFactor = 1e-3;  // a millimetre for a metre
 
 // Least bytes of one element of each list, from the fields in the .lcm files.
 constexpr size_t kFeatureBytes = 61, kKeyframeUpdateBytes = 72, kKeyframeRemovalBytes = 72,
                  kLandmarkUpdateBytes = 100, kObservationBytes = 12, kLandmarkMergeBytes = 16,
                  kLandmarkIdBytes = 8, kDrEdgeWeightBytes = 24, kLoopEventBytes = 73;
 
-// Fingerprints of the types before there were pieces of a map, and keyframes that withdraw others:
-// logs and maps of then are read, with everything in the map itself.
-constexpr int64_t kKeyframeBeforePieces = 0x3666777e63bcbaf8;
-constexpr auto kMapUpdateBeforePieces = static_cast<int64_t>(0xc60eb93846af94b6);
+// The types as they were: logs and maps of then are read, those of before there were pieces with
+// everything in the map itself.
+constexpr OlderTypes kKeyframesBefore = {{0x3666777e63bcbaf8, TypeAge::kBeforePieces},
+                                         {0x4d4cf13dcd24c456, TypeAge::kBeforeLengths}};
+constexpr OlderTypes kMapUpdatesBefore = {
+    {static_cast<int64_t>(0xc60eb93846af94b6), TypeAge::kBeforePieces},
+    {static_cast<int64_t>(0xea9ec3d407e44639), TypeAge::kBeforeLengths}};
 
 template <typename A>
 void PieceField(A& a, const char* field, typename A::template Of<KeyframeId>& piece) {
-  if (!a.older()) Id(a, field, piece, false);
+  if (a.Has(TypeAge::kBeforePieces)) Id(a, field, piece, false);
+}
+
+template <typename A>
+void LengthFactor(A& a, typename A::template Of<double>& factor) {
+  if (!a.Has(TypeAge::kBeforeLengths)) return;
+  a.Real("length_factor", factor, kLeastLengthFactor, 1 / kLeastLengthFactor);
 }
 
 template <typename A>
@@ -82,7 +92,8 @@ void KeyframeHead(A& a, typename A::template Of<Keyframe>& m) {
   Seq(a, "map_revision", m.map_revision);
   Id(a, "previous_keyframe_id", m.previous, false);
   PieceField(a, "piece_keyframe_id", m.piece);
-  if (!a.older()) a.Bool("withdraws", m.withdraws);
+  if (a.Has(TypeAge::kBeforePieces)) a.Bool("withdraws", m.withdraws);
+  LengthFactor(a, m.length_factor);
 }
 
 template <typename A>
@@ -156,6 +167,7 @@ static void Fields(A& a, typename A::template Of<MapUpdate>& m) {
   a.Rule("base_revision", "not 0 in a snapshot", !m.snapshot || m.base_revision == 0);
   a.Bool("frozen", m.frozen);
   Id(a, "newest_keyframe_id", m.newest_keyframe, false);
+  LengthFactor(a, m.length_factor);
   a.List("keyframes", m.keyframes, kMaxCount, kKeyframeUpdateBytes,
          [](A& each, typename A::template Of<KeyframeUpdate>& keyframe) {
            Id(each, "keyframes.keyframe_id", keyframe.id);
@@ -258,7 +270,7 @@ Bytes Encode(const Keyframe& keyframe) {
 template <>
 Result<Keyframe> Decode(ByteSpan message) {
   return DecodeFields<Keyframe>("keyframe_t", gw_lcm::keyframe_t::getHash(), message,
-                                kKeyframeBeforePieces);
+                                kKeyframesBefore);
 }
 
 Bytes Encode(const MapUpdate& update) {
@@ -267,7 +279,7 @@ Bytes Encode(const MapUpdate& update) {
 template <>
 Result<MapUpdate> Decode(ByteSpan message) {
   return DecodeFields<MapUpdate>("map_update_t", gw_lcm::map_update_t::getHash(), message,
-                                 kMapUpdateBeforePieces);
+                                 kMapUpdatesBefore);
 }
 
 Bytes Encode(const MapRequest& request) {

@@ -17,6 +17,7 @@ class RandomMessages {
 
   bool Bool() { return rng_.Below(2) == 0; }
   int32_t Count(uint32_t n = 1000) { return static_cast<int32_t>(rng_.Below(n)); }
+  double LengthFactor() { return 0.5 + rng_.Uniform(); }
   int64_t Big() { return static_cast<int64_t>(rng_.NextU64() >> 2); }
   Utime Time() { return {static_cast<int64_t>(rng_.NextU64() >> 14)}; }
   double Real() { return rng_.Normal() * std::pow(10.0, rng_.Uniform(-6, 6)); }
@@ -153,6 +154,7 @@ class RandomMessages {
     m.previous = Keyframe();
     m.piece = Bool() ? Keyframe() : KeyframeId{};
     m.withdraws = Bool();
+    m.length_factor = LengthFactor();
     m.dr.reset();
     if (Bool()) {
       DrIncrement& dr = m.dr.emplace();
@@ -184,6 +186,7 @@ class RandomMessages {
     m.base_revision = m.snapshot ? 0 : m.revision / 2;
     m.frozen = Bool();
     m.newest_keyframe = Keyframe();
+    m.length_factor = LengthFactor();
     for (int i = Count(5); i > 0; --i)
       m.keyframes.push_back({Keyframe(), Time(), Pose(), Keyframe()});
     for (int i = Count(5); i > 0; --i)

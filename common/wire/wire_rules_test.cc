@@ -16,7 +16,10 @@
 #include <gw_lcm/obstacles_t.hpp>
 #include <gw_lcm/pose_t.hpp>
 #include <gw_lcm/wheel_t.hpp>
+#include <initializer_list>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "common/wire/frame_detail.h"
 #include "common/wire/generated.h"
@@ -190,37 +193,56 @@ TEST(WireRules, TextsEndWithTheirOnlyNul) {
   EXPECT_EQ(Decode<Note>(Encode(with_nul))->key, "a");  // LCM's strings cannot carry it
 }
 
-// As it was before there were pieces of a map: the same but for the fields of pieces, and of a
-// keyframe that withdraws others.
-TEST(WireRules, MessagesOfBeforeThereWerePiecesAreRead) {
-  constexpr size_t kPieceOfKeyframe = 8 + 8 + 24 + 8 + 56 + 288 + 8 + 8;  // bytes before it
-  const auto with_fingerprint = [](uint64_t fingerprint, Bytes message) {
-    for (size_t i = 0; i < 8; ++i) message[i] = static_cast<uint8_t>(fingerprint >> (56 - 8 * i));
-    return message;
-  };
+// A message as an older type has it: its fingerprint, and without the fields that came later, each
+// a range of bytes.
+Bytes AsOf(uint64_t fingerprint, Bytes message,
+           std::initializer_list<std::pair<size_t, size_t>> cut) {
+  for (size_t i = 0; i < 8; ++i) message[i] = static_cast<uint8_t>(fingerprint >> (56 - 8 * i));
+  for (auto range = std::rbegin(cut); range != std::rend(cut); ++range) {
+    const auto begin = message.begin() + static_cast<std::ptrdiff_t>(range->first);
+    message.erase(begin, begin + static_cast<std::ptrdiff_t>(range->second));
+  }
+  return message;
+}
+
+// Before there were pieces of a map, or keyframes that withdraw others; before lengths were
+// corrected.
+TEST(WireRules, KeyframesOfBeforeAreRead) {
+  constexpr size_t kPiece = 8 + 8 + 24 + 8 + 56 + 288 + 8 + 8;  // bytes before it
   Keyframe keyframe;
   do {
     keyframe = RandomMessages(static_cast<uint64_t>(keyframe.id.value) + 1).Make<Keyframe>();
   } while (!keyframe.piece.valid() || !keyframe.withdraws);
-  Bytes old = with_fingerprint(0x3666777e63bcbaf8, Encode(keyframe));
-  EXPECT_FALSE(Decode<Keyframe>(old).ok());  // too long
-  old.erase(old.begin() + kPieceOfKeyframe, old.begin() + kPieceOfKeyframe + 9);
-  const auto decoded = Decode<Keyframe>(old);
-  ASSERT_TRUE(decoded.ok());
-  EXPECT_FALSE(decoded->piece.valid());
+  EXPECT_FALSE(Decode<Keyframe>(AsOf(0x4d4cf13dcd24c456, Encode(keyframe), {})).ok()) << "too long";
+  const auto without_lengths =
+      Decode<Keyframe>(AsOf(0x4d4cf13dcd24c456, Encode(keyframe), {{kPiece + 9, 8}}));
+  ASSERT_TRUE(without_lengths.ok());
+  keyframe.length_factor = 1;
+  EXPECT_EQ(Encode(*without_lengths), Encode(keyframe));
+  const auto without_pieces =
+      Decode<Keyframe>(AsOf(0x3666777e63bcbaf8, Encode(keyframe), {{kPiece, 9 + 8}}));
+  ASSERT_TRUE(without_pieces.ok());
   keyframe.piece = {};
   keyframe.withdraws = false;
-  EXPECT_EQ(Encode(*decoded), Encode(keyframe));
+  EXPECT_EQ(Encode(*without_pieces), Encode(keyframe));
+}
 
+TEST(WireRules, MapUpdatesOfBeforeAreRead) {
+  constexpr size_t kFactor = 8 + 8 + 24 + 8 + 8 + 1 + 1 + 8;
+  constexpr size_t kPiece = kFactor + 8 + 4 + 8 + 8 + 56;
   MapUpdate update;
+  update.length_factor = 0.9;
   update.keyframes.push_back({{3}, {5}, SE3(), {2}});
-  constexpr size_t kPieceOfUpdate = 8 + 8 + 24 + 8 + 8 + 1 + 1 + 8 + 4 + 8 + 8 + 56;
-  old = with_fingerprint(0xc60eb93846af94b6, Encode(update));
-  old.erase(old.begin() + kPieceOfUpdate, old.begin() + kPieceOfUpdate + 8);
-  const auto decoded_update = Decode<MapUpdate>(old);
-  ASSERT_TRUE(decoded_update.ok()) << decoded_update.error().message;
+  const auto without_lengths =
+      Decode<MapUpdate>(AsOf(0xea9ec3d407e44639, Encode(update), {{kFactor, 8}}));
+  ASSERT_TRUE(without_lengths.ok()) << without_lengths.error().message;
+  update.length_factor = 1;
+  EXPECT_EQ(Encode(*without_lengths), Encode(update));
+  const auto without_pieces =
+      Decode<MapUpdate>(AsOf(0xc60eb93846af94b6, Encode(update), {{kFactor, 8}, {kPiece, 8}}));
+  ASSERT_TRUE(without_pieces.ok()) << without_pieces.error().message;
   update.keyframes[0].piece = {};
-  EXPECT_EQ(Encode(*decoded_update), Encode(update));
+  EXPECT_EQ(Encode(*without_pieces), Encode(update));
 }
 
 }  // namespace

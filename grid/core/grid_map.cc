@@ -46,6 +46,7 @@ CellState StateOf(const CellWindow& window, int x, int y) {
 }  // namespace
 
 bool GridMap::IsOtherMap(const MapUpdate& update) const {
+  if (length_factor_ && *length_factor_ != update.length_factor) return true;
   return std::any_of(update.keyframes.begin(), update.keyframes.end(), [this](const auto& k) {
     const auto known = keyframes_.find(k.id);
     if (known != keyframes_.end()) return known->second.utime != k.utime;
@@ -66,6 +67,7 @@ bool GridMap::Apply(const MapUpdate& update) {
     tiles_.clear();
   }
   map_revision_ = update.revision;
+  length_factor_ = update.length_factor;
   for (const KeyframeUpdate& keyframe : update.keyframes) {
     const Pose2 T_WK = BodyPose(keyframe.T_WC);
     keyframes_[keyframe.id] = {T_WK, keyframe.utime};

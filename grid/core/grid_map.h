@@ -40,7 +40,7 @@ class GridMap {
         T_BC_(T_BC) {}
 
   // Updates may be missing: each tells whole poses. True: this is another map than before (its
-  // keyframes are of other images), and the grid begins anew.
+  // keyframes are of other images), or its lengths were corrected, and the grid begins anew.
   bool Apply(const MapUpdate& update);
 
   // False: not added, the image says nothing of where it was taken (see counters).
@@ -51,6 +51,8 @@ class GridMap {
 
   const std::map<Index2, GridTile>& tiles() const { return tiles_; }
   int64_t version() const { return version_; }  // of the newest tile
+  // Of the map's lengths, by its newest update; 1 before the first.
+  double length_factor() const { return length_factor_.value_or(1); }
   int64_t map_revision() const { return map_revision_; }
   Utime utime() const { return utime_; }  // of the newest image added
   double cell_m() const { return cell_m_; }
@@ -103,6 +105,7 @@ class GridMap {
   std::map<Index2, GridTile> tiles_;
   int64_t version_ = 0;
   int64_t map_revision_ = 0;
+  std::optional<double> length_factor_;
   Utime utime_;
   GridMapCounters counters_;
 };

@@ -199,6 +199,21 @@ TEST_F(GridMapTest, AnotherMapBeginsAnotherGrid) {
   EXPECT_TRUE(map.Save().empty());
 }
 
+TEST_F(GridMapTest, CorrectedLengthsBeginAnotherGrid) {
+  GridMap map = NewMap();
+  MapUpdate update = Keyframes({{1, SE3()}});
+  update.length_factor = 0.9;
+  EXPECT_FALSE(map.Apply(update)) << "the lengths that it begins with";
+  Look(&map, wall_, SE3(), 1, SE3(), 3);
+  map.Compose();
+  EXPECT_FALSE(map.tiles().empty());
+  update.length_factor = 0.8;
+  EXPECT_TRUE(map.Apply(update));
+  map.Compose();
+  EXPECT_TRUE(map.tiles().empty());
+  EXPECT_EQ(map.length_factor(), 0.8);
+}
+
 TEST_F(GridMapTest, AKeyframeThatTheMapDoesNotHaveYetIsWhereItsImageWas) {
   const SE3 T = OnFloor(0.1, 0, 0);
   GridMap map = NewMap();

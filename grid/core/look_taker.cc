@@ -12,9 +12,12 @@ bool LookTaker::Due(Utime utime) const {
   return !last_ || utime < *last_ || utime - *last_ >= least_;
 }
 
-std::optional<FloorScan> LookTaker::Look(const CameraFrame& frame) {
+std::optional<FloorScan> LookTaker::Look(const CameraFrame& frame, double length_factor) {
   last_ = frame.utime;
   if (!source_->Measure(frame, &depth_)) return std::nullopt;
+  if (length_factor != 1) {
+    for (float& z : depth_) z *= static_cast<float>(length_factor);
+  }
   return scanner_.Scan(depth_);
 }
 

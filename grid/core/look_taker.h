@@ -19,8 +19,9 @@ class LookTaker {
   // True when an image of this time is wanted: grid.rate_hz. An image that is older than the newest
   // begins a new count: the clock was set back.
   bool Due(Utime utime) const;
-  // Empty for an image that is not of the calibrated kind and size.
-  std::optional<FloorScan> Look(const CameraFrame& frame);
+  // Empty for an image that is not of the calibrated kind and size. length_factor: by which the
+  // camera's lengths are to be multiplied (MapUpdate).
+  std::optional<FloorScan> Look(const CameraFrame& frame, double length_factor);
 
  private:
   DurationUs least_;

@@ -113,7 +113,7 @@ void GridNode::Look(process::Shell& shell) {
     shell.CountUndecodable(wire::kCamera, camera.error());
     return;
   }
-  auto scan = looks_.Look(camera->frame);
+  auto scan = looks_.Look(camera->frame, map_.length_factor());
   image_refused_ = !scan;
   if (!scan) {
     shell.health().Count("CAMERA.refused");

@@ -32,6 +32,9 @@ KeyframeFault CheckKeyframe(const Keyframe& keyframe) {
   if (!keyframe.T_WC.IsFinite() || !IsInReach(keyframe.T_WC.translation())) {
     return KeyframeFault::kPose;
   }
+  if (!(keyframe.length_factor >= 1e-3 && keyframe.length_factor <= 1e3)) {
+    return KeyframeFault::kScale;
+  }
   if (!keyframe.cov_T_WC.allFinite() || !(keyframe.q >= 0 && keyframe.q <= 1)) {
     return KeyframeFault::kQuality;
   }
@@ -54,6 +57,8 @@ const char* KeyframeFaultText(KeyframeFault fault) {
       return "feature, descriptor and landmark lists differ in length, or are too long";
     case KeyframeFault::kPose:
       return "pose is not finite or too far away";
+    case KeyframeFault::kScale:
+      return "factor of its lengths is not between 0.001 and 1000";
     case KeyframeFault::kQuality:
       return "covariance is not finite, or quality not in [0, 1]";
     case KeyframeFault::kLandmark:

@@ -12,6 +12,7 @@ enum class KeyframeFault {
   kId,        // not positive, or too large to name landmarks after
   kLengths,   // descriptors or landmarks do not match the features, or too many features
   kPose,      // not finite, or out of reach
+  kScale,     // the factor of lengths not between 0.001 and 1000
   kQuality,   // covariance not finite, or q outside [0, 1]
   kLandmark,  // an id out of range
   kFeature,   // a coordinate, depth or level out of range

@@ -1,9 +1,11 @@
 #include "backend/core/map/map.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "backend/core/map/keyframe_check.h"
 #include "common/core/check.h"
+#include "common/vision/scale_lengths.h"
 
 namespace gw::backend {
 namespace {
@@ -165,6 +167,7 @@ bool Map::AddKeyframe(const Keyframe& keyframe) {
   MapKeyframe* previous = MutableKeyframe(keyframe.previous);
   if (previous != nullptr && keyframe.utime <= previous->frame.utime) return false;
   if (previous != nullptr && keyframe.withdraws) Withdraw(keyframe.previous, keyframe.id);
+  if (keyframe.length_factor != length_factor_) SetLengthFactor(keyframe.length_factor);
   MapKeyframe& added = keyframes_[keyframe.id];
   added.frame = keyframe;
   added.frame.withdraws = false;  // done, and not to be done again when the map is read
@@ -220,6 +223,34 @@ void Map::JoinPiece(KeyframeId from, KeyframeId into, const SE3& T_IntoFrom) {
     Landmark& landmark = MutableLandmark(id);
     landmark.p_W = T_IntoFrom * landmark.p_W;
     landmark.normal_W = T_IntoFrom.rotation() * landmark.normal_W;
+  }
+}
+
+void Map::SetLengthFactor(double factor) {
+  GW_CHECK(factor > 0);
+  const double by = factor / std::exchange(length_factor_, factor);
+  std::map<KeyframeId, Eigen::Vector3d> centers;
+  for (const auto& [piece, first] : FirstOfPieces()) {
+    centers[piece] = keyframes_.at(first).frame.T_WC.translation();
+  }
+  const auto scaled = [&](KeyframeId piece, const Eigen::Vector3d& p) -> Eigen::Vector3d {
+    return centers.at(piece) + by * (p - centers.at(piece));
+  };
+  for (auto& [id, keyframe] : keyframes_) {
+    const SE3& T_WC = keyframe.frame.T_WC;
+    SetPose(id, SE3(T_WC.rotation(), scaled(keyframe.frame.piece, T_WC.translation())));
+    ScaleLengths(by, &keyframe.frame.features);
+    keyframe.frame.length_factor = factor;
+  }
+  for (const LandmarkId id : SortedLandmarkIds()) {
+    Landmark& landmark = MutableLandmark(id);
+    landmark.min_distance *= static_cast<float>(by);
+    landmark.max_distance *= static_cast<float>(by);
+    if (landmark.observations.empty()) continue;
+    landmark.p_W = scaled(PieceOf(landmark.observations.front().keyframe), landmark.p_W);
+  }
+  for (auto& [id, removal] : removals_) {
+    removal.T_ParentC = SE3(removal.T_ParentC.rotation(), by * removal.T_ParentC.translation());
   }
 }
 

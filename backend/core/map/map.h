@@ -44,6 +44,7 @@ class Map {
   KeyframeId newest_keyframe() const { return newest_keyframe_; }
   Utime newest_utime() const { return newest_utime_; }
   const std::map<KeyframeId, MapKeyframe>& keyframes() const { return keyframes_; }
+  double length_factor() const { return length_factor_; }
   size_t num_landmarks() const { return landmarks_.size(); }
 
   // Null when there is none. Valid until the element is removed.
@@ -76,13 +77,18 @@ class Map {
   // `landmarks` are not: observations are added one by one. A `previous` that is not in the map, or
   // that another keyframe follows already, leaves the new one without a temporal edge; with one, it
   // belongs to the piece of `previous`, which may have been joined to another one meanwhile. One
-  // that withdraws others takes them out first.
+  // that withdraws others takes them out first, and one that tells another
+  // factor of lengths corrects those of the map (SetLengthFactor).
   bool AddKeyframe(const Keyframe& keyframe);
   // Preconditions of the following: the ids exist, unless stated otherwise.
   void SetPose(KeyframeId id, const SE3& T_WC);
   // Puts the frame of the piece `from` at T_IntoFrom in that of the piece `into`, of which it then
   // is a part. Precondition: `from` is valid and not `into`.
   void JoinPiece(KeyframeId from, KeyframeId into, const SE3& T_IntoFrom);
+  // All lengths that the camera has told are from now on multiplied by this instead of
+  // length_factor(): positions, around that of the first keyframe of each piece, distances of
+  // landmarks, and depths of features. DR's ways are not the camera's. Precondition: > 0.
+  void SetLengthFactor(double factor);
   // Adds a landmark without observations. Precondition: the id is not in the map.
   Landmark& AddLandmark(LandmarkId id);
   // For changing a landmark's geometry and descriptor (not id and observations).
@@ -152,6 +158,7 @@ class Map {
   int64_t revision_ = 0;
   KeyframeId newest_keyframe_;
   Utime newest_utime_;
+  double length_factor_ = 1;
   int64_t num_ignored_ = 0;
 
   struct Changes {

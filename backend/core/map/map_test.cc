@@ -185,6 +185,59 @@ TEST(Map, OnlyThePieceOfTheKeyframeIsWithdrawn) {
   ExpectConsistent(map);
 }
 
+TEST(Map, AKeyframeThatTellsAnotherFactorCorrectsAllLengths) {
+  Map map = MakeMap(2);
+  Keyframe third = MakeKeyframe(3);
+  third.features[0].depth = 2;
+  ASSERT_TRUE(map.AddKeyframe(third));
+  Keyframe begins_piece = MakeKeyframe(4);
+  begins_piece.previous = {};
+  begins_piece.dr.reset();
+  begins_piece.piece = {4};
+  ASSERT_TRUE(map.AddKeyframe(begins_piece));
+  map.Commit();
+  Map replica;
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    ASSERT_TRUE(replica.AddKeyframe(keyframe.frame));
+  }
+  ASSERT_EQ(replica.Apply(map.Snapshot()), Map::Applied::kDone);
+  Keyframe after = MakeKeyframe(5);
+  after.previous = {3};
+  after.length_factor = 0.8;
+  const SE3 first = map.FindKeyframe({1})->frame.T_WC;
+  const LandmarkId seen = map.SortedLandmarkIds().front();
+  const Landmark before = *map.FindLandmark(seen);
+  ASSERT_TRUE(map.AddKeyframe(after));
+  ASSERT_TRUE(replica.AddKeyframe(after));
+  const auto position = [&](int64_t id) -> Eigen::Vector3d {
+    return map.FindKeyframe({id})->frame.T_WC.translation();
+  };
+  const auto from_first = [&](const Eigen::Vector3d& p) -> Eigen::Vector3d {
+    return p - first.translation();
+  };
+  EXPECT_TRUE(from_first(position(3)).isApprox(0.8 * from_first(third.T_WC.translation())));
+  EXPECT_TRUE(from_first(map.FindLandmark(seen)->p_W).isApprox(0.8 * from_first(before.p_W)));
+  EXPECT_FLOAT_EQ(map.FindKeyframe({3})->frame.features[0].depth, 1.6F);
+  EXPECT_TRUE(position(4).isApprox(begins_piece.T_WC.translation())) << "the first of its piece";
+  EXPECT_TRUE(position(5).isApprox(after.T_WC.translation())) << "tells its own";
+  EXPECT_EQ(map.length_factor(), 0.8);
+  ExpectConsistent(map);
+  ASSERT_EQ(replica.Apply(map.Commit()), Map::Applied::kDone);
+  EXPECT_EQ(replica.Hash(), map.Hash());
+
+  Map read;  // as from a file: the keyframes, then the state
+  for (const auto& [id, keyframe] : map.keyframes()) {
+    ASSERT_TRUE(read.AddKeyframe(keyframe.frame));
+  }
+  ASSERT_EQ(read.Apply(map.Snapshot()), Map::Applied::kDone);
+  EXPECT_EQ(read.Hash(), map.Hash());
+  EXPECT_FLOAT_EQ(read.FindKeyframe({3})->frame.features[0].depth, 1.6F);
+
+  after.id = {6};
+  after.length_factor = 0;
+  EXPECT_FALSE(map.AddKeyframe(after));
+}
+
 TEST(Map, ReplicaFollowsRandomChangesExactly) {
   for (uint64_t seed = 0; seed < 60; ++seed) {
     Map map;

@@ -44,6 +44,7 @@ MapUpdate Map::Commit() {
   out.base_revision = revision_;
   out.revision = ++revision_;
   out.newest_keyframe = newest_keyframe_;
+  out.length_factor = length_factor_;
   for (const KeyframeId id : changes_.keyframes) {
     const MapKeyframe& keyframe = keyframes_.at(id);
     out.keyframes.push_back({id, keyframe.frame.utime, keyframe.frame.T_WC, keyframe.frame.piece});
@@ -247,6 +248,7 @@ Map::Applied Map::Apply(const MapUpdate& update) {
   }
   for (const DrEdgeWeight& edge : update.dr_edges) count(TakeDrWeight(edge));
   newest_utime_ = update.utime;
+  length_factor_ = update.length_factor;
   revision_ = update.revision;
   changes_ = {};
   return Applied::kDone;
@@ -258,6 +260,7 @@ MapUpdate Map::Snapshot() const {
   out.revision = revision_;
   out.snapshot = true;
   out.newest_keyframe = newest_keyframe_;
+  out.length_factor = length_factor_;
   for (const auto& [id, keyframe] : keyframes_) {
     out.keyframes.push_back({id, keyframe.frame.utime, keyframe.frame.T_WC, keyframe.frame.piece});
     if (keyframe.dr_alpha > 0) {
@@ -277,6 +280,7 @@ uint64_t Map::Hash() const {
   h.Add(revision_);
   h.Add(newest_keyframe_.value);
   h.Add(newest_utime_.us);
+  if (length_factor_ != 1) h.Add(length_factor_);  // maps of before it was known keep their hash
   for (const auto& [id, keyframe] : keyframes_) {
     const Keyframe& f = keyframe.frame;
     h.Add(id.value);

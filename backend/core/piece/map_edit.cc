@@ -114,8 +114,14 @@ Map KeepKeyframes(const Map& map, const std::function<bool(const MapKeyframe&)>&
 }
 
 Map PutTogether(const Map& a, const Map& b) {
+  // One of the same camera: where its lengths were found to be wrong, they are so in both.
+  Map in_lengths_of_a = b;
+  if (a.length_factor() != b.length_factor()) {
+    in_lengths_of_a.SetLengthFactor(a.length_factor());
+    in_lengths_of_a.Commit();
+  }
   Content both = ContentOf(a);
-  Content of_b = ContentOf(b);
+  Content of_b = ContentOf(in_lengths_of_a);
   Renumber(a.newest_keyframe().value, &of_b);
   MakePiece(&of_b);
   Append(of_b.keyframes, &both.keyframes);

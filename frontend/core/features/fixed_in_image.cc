@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/log_odds.h"
 #include "common/vision/feature_grid.h"
 
 namespace gw::frontend {
@@ -17,7 +18,6 @@ constexpr DurationUs kMaxMissing = Milliseconds(300);  // of a track: the emitte
 constexpr int kMaxDistance = 80;   // Hamming, from one image to the next: windows are small
 constexpr double kNearest = 0.05;  // m
 constexpr double kWindow = 3.0;    // px at level 0, around where it may be
-const double kDecisive = std::log(1000.0);
 // A residual beyond five sigmas says that the hypothesis does not hold, and no more.
 constexpr double kMaxChi2 = 25.0;
 constexpr double kMovedWay = 0.03;   // m, and
@@ -167,9 +167,9 @@ FixedInImage::Vote FixedInImage::Judge(const Track& t) const {
   if (anchor->T_seen && Moves(*anchor->T_seen)) {
     seen = WorldLikelihood(t, *anchor->T_seen, Vector6d::Zero());
   }
-  if (fixed - std::max(world, seen) > kDecisive) return Vote::kFixed;
-  if (world - fixed > kDecisive) return Vote::kWorld;
-  const bool moves = seen - std::max(fixed, world) > kDecisive;
+  if (fixed - std::max(world, seen) > kDecisiveLogOdds) return Vote::kFixed;
+  if (world - fixed > kDecisiveLogOdds) return Vote::kWorld;
+  const bool moves = seen - std::max(fixed, world) > kDecisiveLogOdds;
   const double neither = LogLikelihood(Eigen::Vector2d(1e6, 1e6), still);
   return moves || (fixed <= neither && world <= neither) ? Vote::kNeither : Vote::kNone;
 }

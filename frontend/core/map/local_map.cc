@@ -40,6 +40,30 @@ void LocalMap::AddKeyframe(const Keyframe& keyframe) {
   }
 }
 
+std::optional<Eigen::Vector3d> LocalMap::ScaleLengths(double by) {
+  const auto first = std::find_if(keyframes_.begin(), keyframes_.end(), [this](const auto& entry) {
+    return entry.second.piece == piece_;
+  });
+  if (first == keyframes_.end()) return std::nullopt;
+  const Eigen::Vector3d center = first->second.T_WC.translation();
+  const auto scaled = [&](const Eigen::Vector3d& p) { return center + by * (p - center); };
+  ++visit_;
+  for (auto& [id, keyframe] : keyframes_) {
+    if (keyframe.piece != piece_) continue;
+    keyframe.T_WC = SE3(keyframe.T_WC.rotation(), scaled(keyframe.T_WC.translation()));
+    for (const Seen& seen : keyframe.landmarks) {
+      MapPoint* const point = Find(seen);
+      if (point == nullptr || point->visit == visit_) continue;
+      point->visit = visit_;
+      point->p_W = scaled(point->p_W);
+      point->min_distance *= static_cast<float>(by);
+      point->max_distance *= static_cast<float>(by);
+    }
+  }
+  length_factor_ *= by;
+  return center;
+}
+
 void LocalMap::Upsert(const LandmarkUpdate& update) {
   MapPoint& point = *points_.Insert(update.id.value).first;
   point.id = update.id;
@@ -90,6 +114,17 @@ bool LocalMap::Apply(const MapUpdate& update) {
     if (update.revision <= revision_) return true;
     if (update.base_revision != revision_) return false;
   }
+  if (update.snapshot && keyframes_.empty()) length_factor_ = update.length_factor;
+  // All that is in other lengths comes again when the back-end knows better.
+  if (update.snapshot || update.length_factor == length_factor_) TakePlaces(update);
+  for (const LandmarkMerge& m : update.merged_landmarks) points_.Erase(m.from.value);
+  for (const LandmarkId id : update.removed_landmarks) points_.Erase(id.value);
+  for (const KeyframeRemoval& k : update.removed_keyframes) keyframes_.erase(k.id);
+  revision_ = update.revision;
+  return true;
+}
+
+void LocalMap::TakePlaces(const MapUpdate& update) {
   std::map<KeyframeId, ReplicaKeyframe> before;  // without what they see
   if (update.snapshot) {
     // Keep own keyframes that the back-end has not seen; everything else comes with the snapshot.
@@ -111,11 +146,6 @@ bool LocalMap::Apply(const MapUpdate& update) {
   }
   if (!update.snapshot) MovePending(update, before);
   for (const LandmarkUpdate& l : update.landmarks) Upsert(l);
-  for (const LandmarkMerge& m : update.merged_landmarks) points_.Erase(m.from.value);
-  for (const LandmarkId id : update.removed_landmarks) points_.Erase(id.value);
-  for (const KeyframeRemoval& k : update.removed_keyframes) keyframes_.erase(k.id);
-  revision_ = update.revision;
-  return true;
 }
 
 const MapPoint* LocalMap::Find(LandmarkId id) const {

@@ -42,6 +42,13 @@ class LocalMap {
   // nothing changed.
   bool Apply(const MapUpdate& update);
 
+  // Multiplies all lengths of the piece in use, around its first keyframe. The back-end does so,
+  // with all pieces, when a keyframe tells it: until then it tells nothing of where things are that
+  // is taken in, but for snapshots. Returns the center; empty: so is the piece.
+  std::optional<Eigen::Vector3d> ScaleLengths(double by);
+  // Of all lengths, see Keyframe; that of the map that it began with.
+  double length_factor() const { return length_factor_; }
+
   bool empty() const { return points_.empty(); }
   int64_t revision() const { return revision_; }
   size_t num_keyframes() const { return keyframes_.size(); }
@@ -93,6 +100,8 @@ class LocalMap {
     return seen.point != nullptr && seen.point->id == seen.id ? seen.point
                                                               : points_.Find(seen.id.value);
   }
+  // Keyframes and landmarks, as the back-end has them.
+  void TakePlaces(const MapUpdate& update);
   void Upsert(const LandmarkUpdate& update);
   void AppendLandmarksOf(KeyframeId id, std::vector<const MapPoint*>* points);
   void MovePending(const MapUpdate& update,
@@ -103,6 +112,7 @@ class LocalMap {
   int64_t revision_ = 0;
   uint64_t visit_ = 0;
   KeyframeId piece_;
+  double length_factor_ = 1;
   std::map<KeyframeId, ReplicaKeyframe> keyframes_;
   IdTable<MapPoint> points_;  // by LandmarkId::value
 };

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/log_odds.h"
+
 namespace gw::frontend {
 namespace {
 
 const double kFor = std::log(0.7 / 0.1), kAgainst = std::log(0.3 / 0.9);
-const double kDecisive = std::log(1000.0);
 
 }  // namespace
 
@@ -29,10 +30,10 @@ void StandingLandmarks::Observe(Utime utime, bool agreed, const std::vector<Land
     const auto [known, is_new] = known_.Insert(id.value);
     if (is_new) known->since = utime;
     known->seen = utime;
-    known->evidence =
-        std::clamp(known->evidence + (agreed ? kFor : kAgainst), -kDecisive, kDecisive);
+    known->evidence = std::clamp(known->evidence + (agreed ? kFor : kAgainst), -kDecisiveLogOdds,
+                                 kDecisiveLogOdds);
     known->proven =
-        known->proven || (known->evidence >= kDecisive && utime - known->since >= kProof);
+        known->proven || (known->evidence >= kDecisiveLogOdds && utime - known->since >= kProof);
     knows_any_ = knows_any_ || known->proven;
   }
 }

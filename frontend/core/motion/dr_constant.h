@@ -17,6 +17,9 @@ class DrConstant {
   // What is told, taken without this constant, is off by `fault` besides.
   void Compose(const DrConstantFault& fault);
 
+  // The factor of the way has proven to be one of vision.
+  void ForgetWayFactor() { way_factor_ = 1; }
+
   // All that is not as it should be; empty: DR is taken as told.
   DrConstantFault fault() const;
 

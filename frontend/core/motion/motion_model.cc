@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "common/core/covariance.h"
+#include "common/core/log_odds.h"
 #include "common/good_weights/camera_motion.h"
 #include "common/good_weights/covariance.h"
 
@@ -36,14 +37,34 @@ bool MotionModel::Push(const DrState& told) {
   const bool pushed = apart_ && goes_on
                           ? dr_.Push(learnt_.constant.Follow(dr_.newest(), told_, told))
                           : dr_.Push(told);
-  if (pushed) told_ = told;
-  return pushed;
+  if (!pushed) return false;
+  told_ = told;
+  scale_witness_.Observe(told);
+  return true;
 }
 
 DrConstantFault MotionModel::dr_fault() const {
   DrConstant constant = learnt_.constant;
   if (!dr_trusted()) constant.Compose(learnt_.disagreement.Explain());
+  if (vision_factor()) constant.ForgetWayFactor();
   return constant.fault();
+}
+
+std::optional<double> MotionModel::vision_factor() const {
+  if (learnt_.lengths.IsBetterNow()) return learnt_.lengths.value();
+  if (dr_trusted() && !learnt_.constant.fault().way_factor) return std::nullopt;
+  const std::optional<double> factor = learnt_.lengths.Fault();
+  if (!factor || scale_witness_.LogOddsForDr(*factor) < kDecisiveLogOdds) return std::nullopt;
+  return factor;
+}
+
+void MotionModel::VisionCorrected(double factor) {
+  learnt_.lengths.Corrected(factor);
+  DrConstant constant = learnt_.constant;
+  constant.ForgetWayFactor();
+  LearnAnew(constant);
+  learnt_before_.clear();
+  velocity_.head<3>() /= factor;
 }
 
 std::optional<MotionModel::Calibrated> MotionModel::DrBetween(Utime a, Utime b) const {
@@ -194,6 +215,9 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   learnt_.until = seen.b;
   learnt_.trust.Judge(evidence);
   learnt_.disagreement.Add(evidence.T_dr, evidence.T_vision);
+  const double taken_out = learnt_.constant.fault().way_factor.value_or(1);
+  learnt_.lengths.Add(dr->told.T_BaBb.translation().head<2>() / taken_out,
+                      evidence.T_vision.translation().head<2>());
   if (!dr_trusted()) TakeOutConstant();
 }
 
@@ -204,7 +228,12 @@ void MotionModel::TakeOutConstant() {
   DrConstant constant = learnt_.constant;
   constant.Compose(fault);
   apart_ = true;
-  learnt_ = {learnt_.until, DrCalibration(), DrTrust(), DrDisagreement(), constant};
+  LearnAnew(constant);
+}
+
+void MotionModel::LearnAnew(const DrConstant& constant) {
+  learnt_ = {learnt_.until,    DrCalibration(), DrTrust(),
+             DrDisagreement(), constant,        learnt_.lengths};
   window_.reset();
 }
 

@@ -16,6 +16,8 @@
 #include "frontend/core/motion/dr_constant.h"
 #include "frontend/core/motion/dr_disagreement.h"
 #include "frontend/core/motion/dr_trust.h"
+#include "frontend/core/motion/length_ratio.h"
+#include "frontend/core/motion/scale_witness.h"
 
 namespace gw::frontend {
 
@@ -95,6 +97,12 @@ class MotionModel {
   // contradicts it, the one that explains that.
   DrConstantFault dr_fault() const;
 
+  // The lengths that vision tells are this many times too long, and what is taken out of DR as a
+  // factor of its way is vision's: the accelerometer says so. Empty: not known to be.
+  std::optional<double> vision_factor() const;
+  // The lengths that vision tells, and has told, are shorter by this factor from now on.
+  void VisionCorrected(double factor);
+
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
 
  private:
@@ -103,7 +111,8 @@ class MotionModel {
   SE3 T_BC_;
   Variant variant_;
   DrWeightConfig dr_weight_;
-  DrState told_;        // the newest one, as told
+  DrState told_;  // the newest one, as told
+  ScaleWitness scale_witness_;
   DrHistory dr_;        // without the constant by which DR is wrong
   bool apart_ = false;  // a constant was taken out: dr_ goes on from where that has led
   bool calibrate_dr_;
@@ -119,6 +128,7 @@ class MotionModel {
   std::optional<Calibrated> DrBetween(Utime a, Utime b) const;
   void CompareWithVision(const Seen& seen);
   void TakeOutConstant();
+  void LearnAnew(const DrConstant& constant);
   DrNoise Shown(const DrNoise& claimed) const;
   Matrix6d WeightCovariance(const Matrix6d& nominal, const Matrix6d& shown) const;
 
@@ -137,6 +147,7 @@ class MotionModel {
     DrTrust trust;
     DrDisagreement disagreement;
     DrConstant constant;
+    LengthRatio lengths;
   };
   Lessons learnt_;
   std::deque<Lessons> learnt_before_;  // as it was before each window of AnchorHistory::kSpan

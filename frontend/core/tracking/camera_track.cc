@@ -57,6 +57,18 @@ void CameraTrack::Rewind(Utime since, MotionModel* motion) {
   if (sound.valid()) reference = sound;
 }
 
+void CameraTrack::ScaleLengths(double by, double scale_sigma, const Eigen::Vector3d& center) {
+  const Eigen::Vector3d way = by * (T_WC.translation() - center);
+  const Eigen::Vector3d error = T_WC.rotation().inverse() * (scale_sigma * way);
+  T_WC = SE3(T_WC.rotation(), center + way);
+  Matrix6d cov_now = uncertainty.cov();
+  cov_now.topLeftCorner<3, 3>() += error * error.transpose();
+  uncertainty = PoseUncertainty();
+  uncertainty.Reset(cov_now);
+  anchors.Clear();
+  chain.ScaleLengths(by);
+}
+
 void CameraTrack::RememberAnchor(const MotionModel& motion) {
   if (const auto T_OC = motion.OdometryPose(utime)) {
     anchors.Remember(utime, T_WC * T_OC->inverse(), uncertainty.cov());

@@ -58,6 +58,9 @@ struct CameraTrack {
   // reach back to then.
   void Rewind(Utime since, MotionModel* motion);
 
+  // All lengths are multiplied by this from now on, around `center` in W; scale_sigma: of that.
+  void ScaleLengths(double by, double scale_sigma, const Eigen::Vector3d& center);
+
   // The last image has its final pose: remembers where the odometry frame lies.
   void RememberAnchor(const MotionModel& motion);
 

@@ -20,7 +20,8 @@ std::string CauseOf(TrackingStatus status) {
 
 }  // namespace
 
-std::string HealthCause(const FramePose& frame, const DrConstantFault& fault) {
+std::string HealthCause(const FramePose& frame, const DrConstantFault& fault,
+                        const LengthFault& lengths) {
   if (frame.status == TrackingStatus::kRecovering && frame.reason == TrackingReason::kPoseJump) {
     return "what the camera sees does not fit to where dead reckoning is: somebody before the "
            "camera, slipping wheels, or the robot was carried";
@@ -38,6 +39,7 @@ std::string HealthCause(const FramePose& frame, const DrConstantFault& fault) {
   if (frame.status == TrackingStatus::kDrOnly) {
     return "vision sees nothing, dead reckoning carries the pose: check lens and light";
   }
+  if (lengths.found()) return Describe(lengths);
   if (frame.reason == TrackingReason::kDrContradictsVision) {
     const std::string named = Describe(fault);
     return "dead reckoning contradicts healthy vision and is not used: " +

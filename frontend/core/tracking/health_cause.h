@@ -6,10 +6,13 @@
 
 #include "common/contract/tracking.h"
 #include "frontend/core/motion/dr_disagreement.h"
+#include "frontend/core/motion/scale_witness.h"
 
 namespace gw::frontend {
 
-// Empty: nothing. fault: the constant by which dead reckoning is wrong, where one is known.
-std::string HealthCause(const FramePose& frame, const DrConstantFault& fault);
+// Empty: nothing. fault: the constant by which dead reckoning is wrong, where one is known;
+// lengths: what is wrong with the camera's.
+std::string HealthCause(const FramePose& frame, const DrConstantFault& fault,
+                        const LengthFault& lengths);
 
 }  // namespace gw::frontend

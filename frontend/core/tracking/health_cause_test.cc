@@ -12,7 +12,7 @@ std::string Cause(TrackingStatus status, TrackingReason reason) {
   FramePose frame;
   frame.status = status;
   frame.reason = reason;
-  return HealthCause(frame, DrConstantFault{});
+  return HealthCause(frame, DrConstantFault{}, LengthFault{});
 }
 
 TEST(HealthCause, NothingIsWrongWhileVisionTracks) {
@@ -51,8 +51,9 @@ TEST(HealthCause, AConstantThatIsTakenOutIsNamedWhileVisionTracks) {
   DrConstantFault fault;
   fault.way_factor = 2;
   EXPECT_THAT(
-      HealthCause(frame, fault),
+      HealthCause(frame, fault, LengthFault{}),
       testing::AllOf(HasSubstr("is taken out"), HasSubstr("multiply ticks_per_metre by 0.5")));
+  EXPECT_THAT(HealthCause(frame, {}, LengthFault{1.25, true}), HasSubstr("by 0.800"));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ void KeyframeChain::Observe(const SE3& T_ab, bool unmatched) {
 
 bool KeyframeChain::WantsNext(Utime utime, const FeatureFrame& frame, const FoundPose& found,
                               int num_mapped) const {
-  if (void_) return true;
+  if (void_ || scaled_) return true;
   if (images_since_ < 2) return false;
   KeyframeEvidence e;
   e.since_last = utime - utime_;
@@ -58,7 +58,8 @@ Keyframe KeyframeChain::Make(const Source& source, const MotionModel& motion) {
     k.dr = motion.Increment(own_.back().utime, k.utime);
     k.withdraws = void_;
   }
-  void_ = false;
+  void_ = scaled_ = false;
+  k.length_factor = source.length_factor;
   k.piece = source.piece;
   k.q = source.report.q;
   k.num_tracked = source.report.num_tracked;
@@ -88,6 +89,11 @@ KeyframeId KeyframeChain::Void(Utime since) {
     void_ = true;
   }
   return own_.empty() ? KeyframeId{} : own_.back().id;
+}
+
+void KeyframeChain::ScaleLengths(double by) {
+  scaled_ = true;
+  T_CkeyC_ = SE3(T_CkeyC_.rotation(), by * T_CkeyC_.translation());
 }
 
 void KeyframeChain::Skip(KeyframeId newest) {

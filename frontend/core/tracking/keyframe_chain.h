@@ -36,6 +36,7 @@ class KeyframeChain {
     Matrix6d cov_T_WC;
     KeyframeId piece;  // of the map, that it belongs to
     int64_t map_revision = 0;
+    double length_factor = 1;  // of all lengths (Keyframe)
   };
   Keyframe Make(const Source& source, const MotionModel& motion);
 
@@ -48,7 +49,9 @@ class KeyframeChain {
   // for the first of the chain. The next one follows the last that is not, and is due at once.
   // Returns that; invalid: there is none.
   KeyframeId Void(Utime since);
-  // The same, and time goes on from here: the clock was set.
+  // All lengths are multiplied by this from now on: the next keyframe is due at once, to say so.
+  void ScaleLengths(double by);
+  // As Break, and time goes on from here: the clock was set.
   void Restart(Utime utime) {
     Break();
     void_ = false;
@@ -67,6 +70,7 @@ class KeyframeChain {
   FrontendConfig config_;
   std::deque<Link> own_;  // the chain: what was made in AnchorHistory::kSpan, and one before
   bool void_ = false;     // the next keyframe withdraws those between own_.back() and itself
+  bool scaled_ = false;   // since the newest
   KeyframeId next_{1};
   Utime utime_;  // of the newest
   SE3 T_CkeyC_;  // motion since then

@@ -8,6 +8,7 @@
 #include "common/good_weights/camera_motion.h"
 #include "common/good_weights/quality.h"
 #include "common/good_weights/vision_noise.h"
+#include "common/vision/scale_lengths.h"
 #include "frontend/core/features/image_cleaner.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/motion/motion_model.h"
@@ -65,11 +66,14 @@ class Tracker::Impl {
   MapRequest Request() const;
   bool has_map() const { return map_known_; }
   DrConstantFault dr_fault() const { return motion_.dr_fault(); }
+  LengthFault length_fault() const;
 
  private:
   bool Departs(Departure d) const { return config_.dr_weight.Departs(d); }
   bool map_there() const { return map_known_ && !map_.empty(); }
 
+  void CorrectLengths();
+  const FeatureFrame& InMetres(const FeatureFrame& seen);
   const FeatureFrame* LeaveOutFixed(Utime utime, const FeatureFrame& seen);
   TrackerOutput Refuse(TrackerOutput out) const;
   void Restart(Utime utime);
@@ -99,6 +103,7 @@ class Tracker::Impl {
   LocalMap map_;
   MotionModel motion_;
   FeatureFrame frame_;
+  FeatureFrame frame_in_metres_;
   ImageCleaner cleaner_;
   PlaceWatch place_;
   CameraTrack track_;
@@ -207,9 +212,9 @@ bool Tracker::Impl::ContinuesMap(bool vision, const Motion& motion) const {
 
 Keyframe Tracker::Impl::MakeKeyframe(const FeatureFrame& frame, const FoundPose& found,
                                      const FramePose& report) {
-  Keyframe k = track_.chain.Make(
-      {frame, found, report, track_.T_WC, track_.uncertainty.cov(), map_.piece(), map_.revision()},
-      motion_);
+  Keyframe k = track_.chain.Make({frame, found, report, track_.T_WC, track_.uncertainty.cov(),
+                                  map_.piece(), map_.revision(), map_.length_factor()},
+                                 motion_);
   for (size_t i = 0; i < k.landmarks.size(); ++i) {
     if (k.landmarks[i] != LandmarkId::From(k.id, static_cast<int>(i))) continue;
     track_.points.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
@@ -249,6 +254,32 @@ TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
     frame_ = FeatureFrame{};
   }
   return Track(frame.utime, frame.seq, frame_, problem);
+}
+
+// Lengths that have proven to be wrong are right from now on, and with them all that was measured
+// with them before. A map that may not be changed keeps its own.
+void Tracker::Impl::CorrectLengths() {
+  const std::optional<double> too_long = motion_.vision_factor();
+  if (!too_long || map_frozen_) return;
+  const auto center = map_.ScaleLengths(1 / *too_long);
+  if (!center) return;
+  track_.ScaleLengths(1 / *too_long, motion_.newest_dr()->way_scale_sigma, *center);
+  motion_.VisionCorrected(*too_long);
+  recovery_.Reset();
+  place_.Restart();
+}
+
+// The image with its lengths as they are.
+const FeatureFrame& Tracker::Impl::InMetres(const FeatureFrame& seen) {
+  if (map_.length_factor() == 1) return seen;
+  frame_in_metres_ = seen;
+  ScaleLengths(map_.length_factor(), &frame_in_metres_.features);
+  return frame_in_metres_;
+}
+
+LengthFault Tracker::Impl::length_fault() const {
+  const double left = motion_.vision_factor().value_or(1);
+  return {left / map_.length_factor(), left == 1};
 }
 
 // The image without what is fixed to the camera.
@@ -328,7 +359,7 @@ void Tracker::Impl::CompareViews(const TrackedImage& image) {
   place_.CompareViews(image.utime, *image.frame, T_OC, weak);
 }
 
-TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame& seen,
+TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame& features,
                                    TrackingReason image_problem) {
   TrackerOutput out;
   FramePose& report = out.pose;
@@ -337,10 +368,12 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   out.detail.utime = utime;
   out.detail.seq = seq;
   const ClockWatch::Verdict order = clock_.Judge(utime);
-  report.num_detected = seen.num_detected;
+  report.num_detected = features.num_detected;
   if (order == ClockWatch::Verdict::kLate) return Refuse(std::move(out));
   if (order == ClockWatch::Verdict::kSetBack) Restart(utime);
 
+  CorrectLengths();
+  const FeatureFrame& seen = InMetres(features);
   const FeatureFrame* const of_world = LeaveOutFixed(utime, seen);
   report.num_detected = of_world->num_detected;
   TrackedImage image = Predict(utime);
@@ -399,7 +432,8 @@ void Tracker::Impl::Judge(TrackedImage* image, TrackerOutput* out) {
   const bool carried = StatusOf(track_.state, outcome) == TrackingStatus::kTracking;
   // A constant that is taken out of dead reckoning may as well be one of vision: of its scale.
   outcome.contradicted = !motion_.dr_trusted() || !motion_.dr_fault().empty() ||
-                         cleaner_.fixed_prevails() || cleaner_.depth_spoilt();
+                         length_fault().found() || cleaner_.fixed_prevails() ||
+                         cleaner_.depth_spoilt();
   report.status = StatusOf(track_.state, outcome);
   if (outcome.begins_map) report.reason = TrackingReason::kNone;
   if (cleaner_.depth_spoilt()) report.reason = TrackingReason::kEyesApart;
@@ -563,6 +597,9 @@ MapRequest Tracker::Request() const {
 }
 DrConstantFault Tracker::dr_fault() const {
   return impl_->dr_fault();
+}
+LengthFault Tracker::length_fault() const {
+  return impl_->length_fault();
 }
 bool Tracker::has_map() const {
   return impl_->has_map();

@@ -21,6 +21,7 @@
 #include "common/core/result.h"
 #include "frontend/core/features/feature_frame.h"
 #include "frontend/core/motion/dr_disagreement.h"
+#include "frontend/core/motion/scale_witness.h"
 
 namespace gw::frontend {
 
@@ -67,6 +68,10 @@ class Tracker {
 
   // While healthy vision contradicts dead reckoning: the constant that explains it, if one does.
   DrConstantFault dr_fault() const;
+
+  // Where dead reckoning and the accelerometer agree against it: what is wrong with the camera's
+  // lengths.
+  LengthFault length_fault() const;
 
   // False until the first snapshot has come.
   bool has_map() const;

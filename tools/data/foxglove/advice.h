@@ -15,7 +15,7 @@ struct Advice {
   std::string_view action;   // as in the runbook; advice_test.cc compares the two
 };
 
-inline constexpr std::array<Advice, 29> kAdvice{{
+inline constexpr std::array<Advice, 30> kAdvice{{
     {"", "are refused: ",
      "the process that sends CHANNEL (`gw-log check` on a recording names the field)"},
     {"gw-frontend", "waiting for the map", "status of gw-backend"},
@@ -36,6 +36,8 @@ inline constexpr std::array<Advice, 29> kAdvice{{
      "check wheel calibration, axes, signs and units; `gw-slam LOG --dr-only` names more"},
     {"gw-frontend", "wrong by a constant",
      "it goes on, the constant is taken out; set the value it says and restart"},
+    {"gw-frontend", "lengths that the camera tells",
+     "it goes on, they are corrected; set the value it says and begin a new map"},
     {"gw-frontend", "where in the map is not known",
      "drive to where the map was made, or begin a new map"},
     {"gw-grid", "no images", "gw-camera's HEALTH, USB cable"},

@@ -200,6 +200,10 @@ int Run(const Arguments& arguments) {
     std::fprintf(stderr, "gw-slam: warning: dead reckoning is wrong by a constant: %s\n",
                  dr_fault.c_str());
   }
+  const std::string length_fault = session->length_fault();
+  if (!length_fault.empty()) {
+    std::fprintf(stderr, "gw-slam: warning: %s\n", length_fault.c_str());
+  }
   const Result<Done> written = WriteOutputs(arguments.out, *config, run, *session);
   if (!written) return Fail(written.error());
   if (!arguments.timing.empty()) {

@@ -18,7 +18,7 @@ void SlamGrid::Follow(SlamSession* session) {
 
 void SlamGrid::Look(const CameraFrame& frame, const FramePose& pose) {
   if (!looks_.Due(frame.utime)) return;
-  if (const auto scan = looks_.Look(frame)) map_.Add(pose, *scan);
+  if (const auto scan = looks_.Look(frame, map_.length_factor())) map_.Add(pose, *scan);
   map_.Compose();
 }
 

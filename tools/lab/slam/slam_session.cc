@@ -112,6 +112,7 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
   frontend::TrackerOutput out = stages_.tracker.Push(frame);
   if (now_us_) tracking_us_.push_back(now_us_() - begin_us);
   if (watch_.image) watch_.image(frame, out.pose);
+  if (out.keyframe) FollowLengths(out.keyframe->length_factor);
   frames_.push_back(out.pose);
   out.detail.features = {};
   details_.push_back(std::move(out.detail));
@@ -119,6 +120,15 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
   if (stages_.dr_filter) Deliver(stages_.dr_filter->Push(out.pose));
   if (out.query) backend_.Ask(*out.query, frame.utime);
   if (out.keyframe) Deliver(backend_.Insert(*out.keyframe, frame.utime));
+}
+
+// The images before were told in lengths that have proven to be wrong.
+void SlamSession::FollowLengths(double length_factor) {
+  const double by = length_factor / std::exchange(length_factor_, length_factor);
+  if (by == 1) return;
+  for (FramePose& frame : frames_) {
+    frame.T_KC = SE3(frame.T_KC.rotation(), by * frame.T_KC.translation());
+  }
 }
 
 void SlamSession::Deliver(const std::vector<MapUpdate>& updates) {

@@ -85,6 +85,8 @@ class SlamSession {
   // In words: why healthy vision contradicts dead reckoning at the end; empty where it does not, or
   // no constant explains it.
   std::string dr_fault() const { return frontend::Describe(stages_.tracker.dr_fault()); }
+  // In words: what is wrong with the lengths that the camera tells; empty for nothing.
+  std::string length_fault() const { return frontend::Describe(stages_.tracker.length_fault()); }
   const backend::Mapper& mapper() const { return backend_.mapper(); }
   // Newest keyframe of the map that the run began with; those after it are its own.
   KeyframeId newest_before() const { return newest_before_; }
@@ -106,6 +108,7 @@ class SlamSession {
 
   Utime OnLap(Utime utime) const { return utime + lap_shift_; }
   void ProcessImage(const CameraFrame& frame);
+  void FollowLengths(double length_factor);
   void ProcessDr(DrState state);
   void Deliver(const std::vector<MapUpdate>& updates);
   void Deliver(const dr_ekf::DrFilter::Output& output);
@@ -123,6 +126,7 @@ class SlamSession {
   std::function<void(const dr_ekf::DrFilter::Output&)> watch_dr_;
   Watch watch_;
   std::vector<FramePose> frames_;
+  double length_factor_ = 1;  // in which they are told
   std::vector<FrameDetail> details_;
   std::vector<std::optional<SE3>> dr_poses_;
   std::vector<int64_t> tracking_us_;

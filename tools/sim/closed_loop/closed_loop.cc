@@ -75,7 +75,7 @@ void ClosedLoop::TakeState(const DrState& state) {
 void ClosedLoop::TakeImage(const CameraFrame& frame, const FramePose& pose) {
   frame_ = pose;
   if (!looks_.Due(frame.utime)) return;
-  const auto scan = looks_.Look(frame);
+  const auto scan = looks_.Look(frame, grid_.length_factor());
   if (!scan) return;
   grid_.Add(pose, *scan);
   grid_.Compose();

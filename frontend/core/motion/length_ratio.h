@@ -1,0 +1,35 @@
+// How long vision takes the ways to be that dead reckoning (DR) tells, over all windows so far. The
+// lengths of vision are corrected by it when they are found to be wrong, early and therefore
+// coarsely, and again whenever four times as much has been driven: half the error.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "frontend/core/motion/dr_disagreement.h"
+
+namespace gw::frontend {
+
+class LengthRatio {
+ public:
+  // The way of a window, in one frame; by_vision: in its lengths of now.
+  void Add(const Eigen::Vector2d& by_dr, const Eigen::Vector2d& by_vision);
+
+  // The factor by which vision's ways are longer, as they all are and in the same direction; empty:
+  // there is none that is worth a word (FaultOf), or too little way.
+  std::optional<double> Fault() const;
+
+  // Vision / DR, by least squares; 1 when empty.
+  double value() const { return square_ > 0 ? product_.x() / square_ : 1; }
+
+  // The lengths of vision are `factor` times shorter from now on, and so are those of before.
+  void Corrected(double factor);
+  bool IsBetterNow() const;
+
+ private:
+  Eigen::Vector2d product_ = Eigen::Vector2d::Zero();  // m^2, along DR's way and to its left
+  double square_ = 0;                                  // m^2, of DR's ways
+  double corrected_at_ = 0;                            // square_ of then; 0: never
+};
+
+}  // namespace gw::frontend

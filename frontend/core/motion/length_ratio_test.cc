@@ -1,0 +1,45 @@
+#include "frontend/core/motion/length_ratio.h"
+
+#include <gtest/gtest.h>
+
+namespace gw::frontend {
+namespace {
+
+TEST(LengthRatio, FindsTheFactorFromAWindowOn) {
+  LengthRatio ratio;
+  EXPECT_FALSE(ratio.Fault());
+  ratio.Add({0.1, 0}, {0.12, 0});
+  EXPECT_FALSE(ratio.Fault()) << "a way of 10 cm tells nothing";
+  ratio.Add({0.4, 0}, {0.48, 0});
+  ASSERT_TRUE(ratio.Fault());
+  EXPECT_NEAR(*ratio.Fault(), 1.2, 1e-9);
+}
+
+TEST(LengthRatio, AnotherDirectionIsNoneOfLengths) {
+  LengthRatio ratio;
+  ratio.Add({0.5, 0}, {0.5, 0.3});
+  EXPECT_FALSE(ratio.Fault());
+  LengthRatio backwards;
+  backwards.Add({0.5, 0}, {-0.5, 0});
+  EXPECT_FALSE(backwards.Fault());
+  LengthRatio right;
+  right.Add({0.5, 0}, {0.51, 0.01});
+  EXPECT_FALSE(right.Fault()) << "calibration sees to a few per cent";
+}
+
+TEST(LengthRatio, IsWorthACorrectionAgainAfterFourTimesTheWay) {
+  LengthRatio ratio;
+  ratio.Add({0.4, 0}, {0.5, 0});  // truly 0.48
+  const double coarse = *ratio.Fault();
+  ratio.Corrected(coarse);
+  EXPECT_NEAR(ratio.value(), 1, 1e-9);
+  int windows = 1;
+  for (; !ratio.IsBetterNow(); ++windows) ratio.Add({0.4, 0}, {0.48 / coarse, 0});
+  EXPECT_EQ(windows, 4);
+  EXPECT_NEAR(coarse * ratio.value(), 1.2 + 0.05 / 4, 1e-9);
+  ratio.Corrected(ratio.value());
+  EXPECT_FALSE(ratio.IsBetterNow());
+}
+
+}  // namespace
+}  // namespace gw::frontend

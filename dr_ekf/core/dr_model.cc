@@ -179,9 +179,11 @@ void DrModel::ApplyWheelBegin(Utime utime, FilterState& state) const {
 
 void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   state.wheel_drop = sample.contact.wheel_drop;
-  if (state.wheel_drop) {
-    // Wheels in the air say nothing of the floor: as if they were silent.
-    ++state.counters.wheel_drops;
+  const bool not_heard = state.wheels_stand && sample.dx_m == 0 && sample.dyaw_rad == 0 &&
+                         sample.utime - state.imu_still_since < DurationFromSeconds(kSteadyRateFor);
+  if (state.wheel_drop || not_heard) {
+    // Wheels in the air, and wheels that nobody hears, say nothing of the floor: as if silent.
+    state.counters.wheel_drops += state.wheel_drop;
     state.wheel_still = false;
     UpdateStationary(sample.utime, state);
     PropagateTo(sample.utime, nullptr, state);

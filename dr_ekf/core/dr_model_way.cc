@@ -126,7 +126,8 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   const double raw = in.residual.x();
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
   state.rolling_untold = !rolls;
-  if (in.measured.isZero()) state.scale_untold = true;  // of nothing, any scale makes nothing
+  // Of nothing any scale makes nothing.
+  if (!rolls && in.measured.isZero()) state.scale_untold = true;
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
   state.rolling_untold = false;
   if (!state.slip) {

@@ -49,6 +49,7 @@ void MoveSpeed(const Eigen::Vector3d& d_speed, double d_scale, FilterState& stat
   const Eigen::Vector3d before = state.v_OS_S / state.wheel_scale;
   state.v_OS_S += d_speed;
   state.wheel_scale = std::clamp(state.wheel_scale + d_scale, 0.5, 2.0);
+  if (state.slip) return;  // what is found after it is a speed of its own
   const Eigen::Vector3d change = state.v_OS_S / state.wheel_scale - before;
   state.P.middleRows<3>(kVelocity) += (change * state.P.row(kWheelScale)).eval();
   state.P.middleCols<3>(kVelocity) += (state.P.col(kWheelScale) * change.transpose()).eval();

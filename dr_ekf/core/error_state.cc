@@ -40,22 +40,6 @@ void MovePose(const Vector6d& d, int begin, SE3* T, FilterState& state) {
   state.transition.middleRows<6>(begin) = (adj * state.transition.middleRows<6>(begin)).eval();
 }
 
-// Moves speed and wheel scale by their corrections, and their errors along. Nothing but a change of
-// speed tells the accelerometer's metre from the wheels': at constant speed, an error of the scale
-// with the same share of the speed shows nowhere. As in MovePose, that must still be so for the
-// corrected speed. Else the noise of each sample tells a little of the scale, always to the same
-// side.
-void MoveSpeed(const Eigen::Vector3d& d_speed, double d_scale, FilterState& state) {
-  const Eigen::Vector3d before = state.v_OS_S / state.wheel_scale;
-  state.v_OS_S += d_speed;
-  state.wheel_scale = std::clamp(state.wheel_scale + d_scale, 0.5, 2.0);
-  if (state.slip) return;  // what is found after it is a speed of its own
-  const Eigen::Vector3d change = state.v_OS_S / state.wheel_scale - before;
-  state.P.middleRows<3>(kVelocity) += (change * state.P.row(kWheelScale)).eval();
-  state.P.middleCols<3>(kVelocity) += (state.P.col(kWheelScale) * change.transpose()).eval();
-  state.transition.middleRows<3>(kVelocity) += (change * state.transition.row(kWheelScale)).eval();
-}
-
 }  // namespace
 
 template <int kRows>
@@ -104,7 +88,7 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   if (!hold) {
     MovePose(d.segment<6>(kPose), kPose, &state.T_OS, state);
     MovePose(d.segment<6>(kClone), kClone, &state.T_OS_clone, state);
-    MoveSpeed(d.segment<3>(kVelocity), d[kWheelScale], state);
+    state.v_OS_S += d.segment<3>(kVelocity);
     state.clone_sum += d.segment<2>(kCloneSum);
     state.new_sum += d.segment<2>(kNewSum);
   }
@@ -112,6 +96,7 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   state.accel_bias += d.segment<3>(kAccelBias);
   // Far outside the prior the linear model means nothing; the bounds keep hostile data harmless.
   state.gyro_scale = (state.gyro_scale + d.segment<3>(kGyroScale)).cwiseMax(0.8).cwiseMin(1.2);
+  state.wheel_scale = std::clamp(state.wheel_scale + d[kWheelScale], 0.5, 2.0);
   state.yaw_scale = std::clamp(state.yaw_scale + d[kYawScale], kLeastYawScale, kMostYawScale);
   state.turn_per_way = std::clamp(state.turn_per_way + d[kTurnPerWay], -0.5, 0.5);
   state.climb = std::clamp(state.climb + d[kClimb], -0.2, 0.2);

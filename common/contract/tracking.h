@@ -33,6 +33,8 @@ enum class TrackingReason : int32_t {
   kDrContradictsVision = 9,  // healthy vision goes on without dead reckoning, which is wrong
   kFixedInImage = 10,        // most of what is seen is fixed to the camera, and left out
   kEyesApart = 11,           // the two images of a pair are not of one instant: no depth
+  kOneEyeTwice = 12,         // they are the same image; not used
+  kEyesExchanged = 13,       // left is right; not used
 };
 
 struct FramePose {

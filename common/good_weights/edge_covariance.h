@@ -4,6 +4,7 @@
 #pragma once
 
 #include "common/config/dr_weight_config.h"
+#include "common/core/chi_square.h"
 #include "common/core/se3.h"
 #include "common/good_weights/camera_motion.h"
 
@@ -16,9 +17,9 @@ Matrix6d EdgeCovariance(const DrMotion& motion, double alpha, Variant variant,
                         const DrWeightConfig& config);
 
 // Squared radius of Cauchy's loss on an edge of dead reckoning in local and global bundle
-// adjustment: the 99.9 % quantile of chi-square with 6 degrees of freedom. An edge that is honest
-// is hardly touched by it, one that contradicts what hundreds of observations say lets go.
-inline constexpr double kDrRadius2 = 22.46;
+// adjustment. An edge that is honest is hardly touched by it, one that contradicts what hundreds of
+// observations say lets go.
+inline constexpr double kDrRadius2 = kChi2Six999;
 
 // Against a loop an edge counts no more than its drift allows, whatever alpha makes of it against
 // single observations: no loop across a weak span could ever close else.

@@ -12,15 +12,15 @@
 
 #include "common/camera/camera_model.h"
 #include "common/contract/map.h"
+#include "common/core/chi_square.h"
 #include "common/core/se3.h"
 #include "common/vision/pyramid.h"
 
 namespace gw {
 
-// 95 % quantiles of chi-square with 1 and 2 degrees of freedom: the outlier gates, and squares of
-// the Huber radii.
-inline constexpr double kChi2Depth = 3.841;
-inline constexpr double kChi2Pixel = 5.991;
+// The outlier gates, and squares of the Huber radii.
+inline constexpr double kChi2Depth = kChi2One95;
+inline constexpr double kChi2Pixel = kChi2Two95;
 inline constexpr double kMinProjectionDepth = 0.01;  // m; nearer points have no usable projection
 
 // Where a landmark was seen in an image.

@@ -15,13 +15,13 @@ constexpr double kMaxReal = std::numeric_limits<double>::max();
 
 using FramePoseType = gw_lcm::frame_pose_t;
 constexpr auto kLastStatus = static_cast<int32_t>(TrackingStatus::kLost);
-constexpr auto kLastReason = static_cast<int32_t>(TrackingReason::kEyesApart);
+constexpr auto kLastReason = static_cast<int32_t>(TrackingReason::kEyesExchanged);
 constexpr auto kLastHealth = static_cast<int32_t>(HealthState::kFailed);
 static_assert(FramePoseType::STATUS_TRACKING == static_cast<int>(TrackingStatus::kTracking));
 static_assert(FramePoseType::STATUS_DR_ONLY == static_cast<int>(TrackingStatus::kDrOnly));
 static_assert(FramePoseType::STATUS_LOST == kLastStatus);
 static_assert(FramePoseType::REASON_POSE_JUMP == static_cast<int>(TrackingReason::kPoseJump));
-static_assert(FramePoseType::REASON_EYES_APART == kLastReason);
+static_assert(FramePoseType::REASON_EYES_EXCHANGED == kLastReason);
 static_assert(gw_lcm::health_t::STATE_OK == static_cast<int>(HealthState::kOk));
 static_assert(gw_lcm::health_t::STATE_FAILED == kLastHealth);
 

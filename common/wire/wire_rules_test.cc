@@ -112,7 +112,7 @@ TEST(WireRules, EnumsCountsAndSharesAreInRange) {
   for (const int bad : {-1, 7, 1 << 30}) {
     EXPECT_REFUSED(FramePose, frame_pose_t, "status", m.status = bad);
   }
-  EXPECT_REFUSED(FramePose, frame_pose_t, "reason", m.reason = 12);
+  EXPECT_REFUSED(FramePose, frame_pose_t, "reason", m.reason = 14);
   EXPECT_REFUSED(Health, health_t, "state", m.state = 5);
   EXPECT_REFUSED(FramePose, frame_pose_t, "num_inliers", m.num_inliers = -1);
   EXPECT_REFUSED(FramePose, frame_pose_t, "quality", m.quality = 1.01);

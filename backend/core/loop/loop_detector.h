@@ -13,6 +13,7 @@
 #include "backend/core/map/map.h"
 #include "backend/core/map/mapping_context.h"
 #include "backend/core/place/place_index.h"
+#include "common/core/chi_square.h"
 
 namespace gw::backend {
 
@@ -45,7 +46,7 @@ std::optional<DrChain> ChainDr(const Map& map, const MappingContext& context, Ke
 
 // Squared Mahalanobis distance between what the loop and what dead reckoning say (6 degrees of
 // freedom). Above kDrGate (99.9 %) the loop is refused.
-inline constexpr double kDrGate = 22.46;
+inline constexpr double kDrGate = kChi2Six999;
 double DrContradiction(const DrChain& chain, const SE3& T_OlderNewer, const Matrix6d& cov_loop);
 
 // Looks for a loop from keyframe `at` to an older one of its piece. `places` has the map's

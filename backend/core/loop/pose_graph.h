@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/core/chi_square.h"
 #include "common/core/se3.h"
 
 namespace gw::backend {
@@ -43,9 +44,8 @@ struct PoseGraphResult {
   int iterations = 0;  // over all solves
 };
 
-// A group is switched off when the mean squared residual of its edges stays above this: 99.9 %
-// quantile of chi-square with 6 degrees of freedom.
-inline constexpr double kGroupGate = 22.46;
+// A group is switched off when the mean squared residual of its edges stays above this.
+inline constexpr double kGroupGate = kChi2Six999;
 
 PoseGraphResult SolvePoseGraph(const PoseGraph& graph);
 

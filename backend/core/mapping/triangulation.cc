@@ -5,6 +5,7 @@
 
 #include "backend/core/mapping/landmark_state.h"
 #include "backend/core/mapping/matching.h"
+#include "common/core/chi_square.h"
 #include "common/core/median.h"
 
 namespace gw::backend {
@@ -12,11 +13,11 @@ namespace {
 
 constexpr size_t kNeighbours = 10;
 constexpr double kMaxCosParallax = 0.9998;
-constexpr double kScaleSlack = 1.5;      // times scale_factor: distances against pyramid levels
-constexpr double kEpipolarChi2 = 3.841;  // 95 % of one degree of freedom
-constexpr double kNearestShare = 0.3;    // of the median depth: nearer points are not searched for
-constexpr double kFarDepth = 100;        // m; stands for infinity on an epipolar segment
-constexpr double kStep = 20;             // px between look-ups along a segment
+constexpr double kScaleSlack = 1.5;  // times scale_factor: distances against pyramid levels
+constexpr double kEpipolarChi2 = kChi2One95;
+constexpr double kNearestShare = 0.3;  // of the median depth: nearer points are not searched for
+constexpr double kFarDepth = 100;      // m; stands for infinity on an epipolar segment
+constexpr double kStep = 20;           // px between look-ups along a segment
 
 Eigen::Vector3d Ray(const RectifiedCamera& camera, const Feature& f) {
   return camera.Unproject(f.u, f.v, 1.0);

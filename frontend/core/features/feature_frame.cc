@@ -1,9 +1,11 @@
 #include "frontend/core/features/feature_frame.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
 #include "frontend/core/features/depth_lookup.h"
+#include "frontend/core/features/eye_order.h"
 #include "frontend/core/features/image_undistorter.h"
 #include "frontend/core/features/orb_extractor.h"
 #include "frontend/core/features/stereo_matcher.h"
@@ -15,6 +17,15 @@ namespace {
 // A distance so much beyond the range is still told, for landmarks that stand within it: farther
 // off than noise brings one of them, it is a wrong match.
 constexpr float kBeyond = 1.5F;
+
+// Where fewer of the features have a disparity the eyes themselves are doubted.
+constexpr size_t kFewDisparities = 10;  // one in so many
+
+bool HasFewDisparities(const FeatureFrame& frame) {
+  const auto with = std::count_if(frame.features.begin(), frame.features.end(),
+                                  [](const Feature& f) { return f.has_disparity(); });
+  return static_cast<size_t>(with) * kFewDisparities < frame.features.size();
+}
 
 Feature MakeFeature(const OrbKeypoint& k) {
   Feature f;
@@ -51,6 +62,9 @@ class FeatureExtractor::Impl {
     if (!Fits(frame.left, PixelFormat::kGray8)) return Outcome::kBadImage;
     const Outcome outcome =
         kind_ == CameraKind::kStereo ? ExtractStereo(frame, out) : ExtractRgbd(frame, out);
+    if (outcome == Outcome::kOneEyeTwice || outcome == Outcome::kEyesExchanged) {
+      *out = FeatureFrame();
+    }
     out->num_detected = static_cast<int>(out->features.size());
     return outcome;
   }
@@ -93,6 +107,17 @@ class FeatureExtractor::Impl {
       if (disparities_[i] <= 0) continue;
       const float depth = static_cast<float>(camera_.bf()) / disparities_[i];
       if (depth >= camera_.depth_min_m) SetDepth(depth, disparities_[i], &out->features[i]);
+    }
+    if (HasFewDisparities(*out)) {
+      switch (JudgeEyeOrder({left_.pyramid(), left_keypoints_, left_descriptors_},
+                            {right_->pyramid(), right_keypoints_, right_descriptors_})) {
+        case EyeOrder::kPlausible:
+          break;
+        case EyeOrder::kOneTwice:
+          return Outcome::kOneEyeTwice;
+        case EyeOrder::kExchanged:
+          return Outcome::kEyesExchanged;
+      }
     }
     matcher_.MeasureRowOffsets({left_.pyramid(), left_keypoints_, left_descriptors_},
                                {right_->pyramid(), right_keypoints_, right_descriptors_},

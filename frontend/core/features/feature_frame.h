@@ -46,8 +46,10 @@ class FeatureExtractor {
 
   enum class Outcome {
     kOk,
-    kBadImage,      // left image missing, wrong size or format: no features
-    kMissingDepth,  // right or depth image missing, wrong size or format: features without depth
+    kBadImage,       // left image missing, wrong size or format: no features
+    kMissingDepth,   // right or depth image missing, wrong size or format: features without depth
+    kOneEyeTwice,    // left and right image are the same: not used, no features
+    kEyesExchanged,  // left is right: not used, no features
   };
   // Replaces the content of `out`.
   Outcome Extract(const CameraFrame& frame, FeatureFrame* out);

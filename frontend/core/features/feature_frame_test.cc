@@ -182,6 +182,37 @@ TEST(FeatureExtractor, MeasuresStereoDisparityToATenthOfAPixelOfTheLevel) {
   }
 }
 
+TEST(FeatureExtractor, SeesOneEyeTwiceAndEyesThatAreExchanged) {
+  FeatureExtractor extractor = FeatureExtractor::Create({}, StereoGeometry()).value();
+  const CellTexture texture(3, 11);
+  const auto eye = [&](double disparity, int noise) {
+    return Render(
+        texture, kWidth, kHeight,
+        [&](double u, double v) { return Eigen::Vector2d(u + disparity, v); }, 2, noise);
+  };
+  const ImageBuffer left = eye(0, 1), right = eye(9, 2), far = eye(0.3, 2);
+  FeatureFrame out;
+  EXPECT_EQ(extractor.Extract(StereoFrame(left.View(), left.View()), &out),
+            FeatureExtractor::Outcome::kOneEyeTwice);
+  EXPECT_TRUE(out.features.empty());
+  EXPECT_EQ(extractor.Extract(StereoFrame(right.View(), left.View()), &out),
+            FeatureExtractor::Outcome::kEyesExchanged);
+  EXPECT_EQ(out.num_detected, 0);
+  EXPECT_EQ(extractor.Extract(StereoFrame(left.View(), right.View()), &out),
+            FeatureExtractor::Outcome::kOk);
+  // All of it far away, in either order: there is nothing to tell them apart by.
+  for (const auto& [a, b] : {std::pair(&left, &far), std::pair(&far, &left)}) {
+    EXPECT_EQ(extractor.Extract(StereoFrame(a->View(), b->View()), &out),
+              FeatureExtractor::Outcome::kOk);
+  }
+  // Nothing in common.
+  const CellTexture other(4, 12);
+  const ImageBuffer elsewhere = Render(
+      other, kWidth, kHeight, [](double u, double v) { return Eigen::Vector2d(u, v); }, 2, 3);
+  EXPECT_EQ(extractor.Extract(StereoFrame(left.View(), elsewhere.View()), &out),
+            FeatureExtractor::Outcome::kOk);
+}
+
 TEST(FeatureExtractor, RefusesAConfigurationThatContradictsItself) {
   OrbConfig config;
   config.fast_threshold = 5;

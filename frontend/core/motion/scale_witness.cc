@@ -5,6 +5,13 @@
 #include "common/core/format.h"
 
 namespace gw::frontend {
+namespace {
+
+// The filter does not know that the scale of an accelerometer may be off itself: the D435i's comes
+// uncalibrated (Intel RealSense documentation), that is by a per cent or so.
+constexpr double kSensitivity = 0.01;
+
+}  // namespace
 
 std::string Describe(const LengthFault& fault) {
   if (!fault.found()) return "";
@@ -30,8 +37,9 @@ double ScaleWitness::LogOddsForDr(double factor) const {
   const double information = 1 / (sigma_ * sigma_) - prior_information;
   if (!(information > 0)) return 0;
   const double measured = scale_ + (scale_ - 1) * prior_information / information;
+  const double variance = 1 / information + kSensitivity * kSensitivity;
   const auto misfit = [&](double scale) {
-    return information * (measured - scale) * (measured - scale);
+    return (measured - scale) * (measured - scale) / variance;
   };
   return 0.5 * (misfit(scale_ * factor) - misfit(scale_));
 }

@@ -28,7 +28,8 @@ TEST(ScaleWitness, IsAsSureAsTheMeasurementBehindThePosterior) {
   const double prior = 1 / (0.01 * 0.01), measured = 1 / (0.02 * 0.02);
   const double scale = (prior + measured * 1.003) / (prior + measured);
   const ScaleWitness witness = Witness(0.01, scale, 1 / std::sqrt(prior + measured));
-  const auto misfit = [](double of) { return std::pow((1.003 - of) / 0.02, 2); };
+  // ... of an accelerometer whose own scale is known to a per cent.
+  const auto misfit = [](double of) { return std::pow((1.003 - of) / std::hypot(0.02, 0.01), 2); };
   EXPECT_NEAR(witness.LogOddsForDr(1.1), 0.5 * (misfit(scale * 1.1) - misfit(scale)), 1e-6);
   EXPECT_GT(witness.LogOddsForDr(1.1), 5);
   EXPECT_GT(witness.LogOddsForDr(0.9), 5);

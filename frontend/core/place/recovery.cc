@@ -12,7 +12,7 @@ Matrix6d CovarianceOfNoIdea() {
 
 bool PosesAgree(const SE3& T_expected, const SE3& T_found, const Matrix6d& cov) {
   const Vector6d d = (T_expected.inverse() * T_found).Log();
-  return d.dot(Eigen::LDLT<Matrix6d>(cov).solve(d)) <= kChi2Six;
+  return d.dot(Eigen::LDLT<Matrix6d>(cov).solve(d)) <= kChi2Six99;
 }
 
 Recovery::Verdict Recovery::Judge(const Finding& found,

@@ -9,6 +9,7 @@
 
 #include <optional>
 
+#include "common/core/chi_square.h"
 #include "common/core/se3.h"
 
 namespace gw::frontend {
@@ -17,8 +18,7 @@ namespace gw::frontend {
 // (10 m)^2 and (1 rad)^2.
 Matrix6d CovarianceOfNoIdea();
 
-// Squared Mahalanobis distance of two poses (6 degrees of freedom) within kChi2Six (99 %).
-inline constexpr double kChi2Six = 16.81;
+// Squared Mahalanobis distance of two poses within kChi2Six99.
 bool PosesAgree(const SE3& T_expected, const SE3& T_found, const Matrix6d& cov);
 
 class Recovery {

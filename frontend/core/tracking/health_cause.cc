@@ -7,8 +7,7 @@ std::string CauseOf(TrackingStatus status) {
   switch (status) {
     case TrackingStatus::kInitializing:
       return "no map can be begun: too few features of the image have a depth. Check lens and "
-             "light, the order of left and right image (exchanged, or one of them twice), the "
-             "baseline, the unit of depth";
+             "light, the baseline, the unit of depth";
     case TrackingStatus::kLost:
       return "neither vision nor dead reckoning: check lens, light and gw-dr-ekf";
     case TrackingStatus::kRecovering:
@@ -25,6 +24,13 @@ std::string HealthCause(const FramePose& frame, const DrConstantFault& fault,
   if (frame.status == TrackingStatus::kRecovering && frame.reason == TrackingReason::kPoseJump) {
     return "what the camera sees does not fit to where dead reckoning is: somebody before the "
            "camera, slipping wheels, or the robot was carried";
+  }
+  if (frame.reason == TrackingReason::kOneEyeTwice) {
+    return "left and right image are the same image: one eye comes twice, check the topics or the "
+           "driver's streams";
+  }
+  if (frame.reason == TrackingReason::kEyesExchanged) {
+    return "left and right image are exchanged: swap the topics, the streams or the cables";
   }
   std::string cause = CauseOf(frame.status);
   if (!cause.empty()) return cause;

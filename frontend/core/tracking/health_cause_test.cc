@@ -22,7 +22,11 @@ TEST(HealthCause, NothingIsWrongWhileVisionTracks) {
 
 TEST(HealthCause, ACameraWithoutDepthIsNamedWhileNoMapBegins) {
   EXPECT_THAT(Cause(TrackingStatus::kInitializing, TrackingReason::kNoMap),
-              HasSubstr("order of left and right image"));
+              HasSubstr("unit of depth"));
+  EXPECT_THAT(Cause(TrackingStatus::kInitializing, TrackingReason::kOneEyeTwice),
+              HasSubstr("one eye comes twice"));
+  EXPECT_THAT(Cause(TrackingStatus::kDrOnly, TrackingReason::kEyesExchanged),
+              HasSubstr("exchanged"));
 }
 
 TEST(HealthCause, WhatSpoilsVisionComesBeforeWhatFollowsFromIt) {

@@ -41,6 +41,22 @@ bool CarriesTheNext(const FeatureFrame& frame) {
                        [](const Feature& f) { return f.has_depth(); }) >= kMinInitialLandmarks;
 }
 
+// Why an image is not used.
+TrackingReason ProblemOf(FeatureExtractor::Outcome outcome) {
+  switch (outcome) {
+    case FeatureExtractor::Outcome::kBadImage:
+      return TrackingReason::kBadImage;
+    case FeatureExtractor::Outcome::kOneEyeTwice:
+      return TrackingReason::kOneEyeTwice;
+    case FeatureExtractor::Outcome::kEyesExchanged:
+      return TrackingReason::kEyesExchanged;
+    case FeatureExtractor::Outcome::kOk:
+    case FeatureExtractor::Outcome::kMissingDepth:
+      break;
+  }
+  return TrackingReason::kNone;
+}
+
 }  // namespace
 
 class Tracker::Impl {
@@ -248,12 +264,8 @@ void Tracker::Impl::FillPose(FramePose* report) const {
 }
 
 TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
-  TrackingReason problem = TrackingReason::kNone;
-  if (extractor_.Extract(frame, &frame_) == FeatureExtractor::Outcome::kBadImage) {
-    problem = TrackingReason::kBadImage;
-    frame_ = FeatureFrame{};
-  }
-  return Track(frame.utime, frame.seq, frame_, problem);
+  const FeatureExtractor::Outcome outcome = extractor_.Extract(frame, &frame_);
+  return Track(frame.utime, frame.seq, frame_, ProblemOf(outcome));
 }
 
 // Lengths that have proven to be wrong are right from now on, and with them all that was measured

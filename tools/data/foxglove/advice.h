@@ -15,13 +15,15 @@ struct Advice {
   std::string_view action;   // as in the runbook; advice_test.cc compares the two
 };
 
-inline constexpr std::array<Advice, 30> kAdvice{{
+inline constexpr std::array<Advice, 32> kAdvice{{
     {"", "are refused: ",
      "the process that sends CHANNEL (`gw-log check` on a recording names the field)"},
     {"gw-frontend", "waiting for the map", "status of gw-backend"},
     {"gw-frontend", "no images", "gw-camera's HEALTH, USB cable"},
     {"gw-frontend", "no map can be begun",
      "`gw-check` a recording; look at the image in gw-view; drive to where there is texture"},
+    {"gw-frontend", "are the same image", "mend the streams; dead reckoning carries on"},
+    {"gw-frontend", "are exchanged", "swap them back; dead reckoning carries on"},
     {"gw-frontend", "not of one instant", "synchronise the camera; depth is not used until then"},
     {"gw-frontend", "does not move",
      "switch the projector off, clean the lens; dead reckoning carries on"},

@@ -40,6 +40,10 @@ std::string ReasonText(TrackingReason reason, bool in_piece) {
       return "most of what is seen is fixed to the camera, and left out";
     case TrackingReason::kEyesApart:
       return "the two images of the pair are not of one instant: no depth";
+    case TrackingReason::kOneEyeTwice:
+      return "left and right image are the same";
+    case TrackingReason::kEyesExchanged:
+      return "left and right image are exchanged";
   }
   return "";
 }
@@ -94,8 +98,10 @@ std::string ReasonName(TrackingReason reason) {
                                            "place_unknown",
                                            "dr_contradicts_vision",
                                            "fixed_in_image",
-                                           "eyes_apart"};
-  return kNames[std::clamp(static_cast<int>(reason), 0, 11)];
+                                           "eyes_apart",
+                                           "one_eye_twice",
+                                           "eyes_exchanged"};
+  return kNames[std::clamp(static_cast<int>(reason), 0, 13)];
 }
 
 std::string BoundName(AlphaBound bound) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/core/chi_square.h"
 #include "common/core/median.h"
 #include "common/core/robust_loss.h"
 #include "tools/lab/eval/banded_information.h"
@@ -18,7 +19,7 @@ namespace {
 using spline_math::Motion;
 using spline_math::Vector3;
 
-constexpr double kPoseRadius2 = 16.81;  // chi-square, 6 degrees of freedom, 99 %
+constexpr double kPoseRadius2 = kChi2Six99;
 constexpr double kRateRadius2 = 11.34;  // and 3
 // Of the noise of a sample: what keeps control poses in place that no sample sees.
 constexpr double kWeakSigma = 1e3;

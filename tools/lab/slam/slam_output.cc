@@ -217,6 +217,10 @@ const char* ReasonName(TrackingReason reason) {
       return "fixed_in_image";
     case TrackingReason::kEyesApart:
       return "eyes_apart";
+    case TrackingReason::kOneEyeTwice:
+      return "one_eye_twice";
+    case TrackingReason::kEyesExchanged:
+      return "eyes_exchanged";
   }
   return "invalid";
 }
@@ -282,7 +286,7 @@ Result<Done> WriteOutputs(const std::string& folder, const RobotConfig& config,
   for (size_t i = 0; i < run.laps.laps.size(); ++i) {
     const std::string lap_folder = folder + "/lap" + std::to_string(i + 1);
     const auto written = WriteLap(lap_folder, run.laps.laps[i], session, T_BOut);
-    if (!written) return written;
+    if (!written) return written.error();
   }
   return Done{};
 }

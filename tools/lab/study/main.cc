@@ -29,6 +29,7 @@ constexpr Command kCommands[] = {
     {"closed-loop", "a robot drives several ways on live poses", MakeClosedLoopStudy},
     {"dr-faults", "faults of wheels, IMU and extrinsics, one after the other", MakeDrFaultsStudy},
     {"vision-faults", "faults of the camera, one after the other", MakeVisionFaultsStudy},
+    {"real-wheels", "the odometry of real robots under a rendered camera", MakeRealWheelsStudy},
 };
 
 int Main(int argc, char** argv) {

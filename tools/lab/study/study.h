@@ -26,5 +26,6 @@ std::unique_ptr<Study> MakeLoopsStudy();
 std::unique_ptr<Study> MakeClosedLoopStudy();
 std::unique_ptr<Study> MakeDrFaultsStudy();
 std::unique_ptr<Study> MakeVisionFaultsStudy();
+std::unique_ptr<Study> MakeRealWheelsStudy();
 
 }  // namespace gw::study

@@ -203,6 +203,15 @@ void ReadDrive(const YAML::Node& node, YamlReport* report, FollowerConfig* drive
   map.Finish();
 }
 
+void ReadRecorded(const YAML::Node& node, YamlReport* report, RecordedConfig* recorded) {
+  StrictMap map(node, "recorded", report);
+  map.Number("length_m", &recorded->length_m, 1, 1e9);
+  map.Number("every_m", &recorded->every_m, 5, 1e9);
+  map.Number("dark_s", &recorded->dark_s, 0, 600);
+  map.Number("bare_m", &recorded->bare_m, 0, 1000);
+  map.Finish();
+}
+
 void ReadEvent(const YAML::Node& node, const std::string& path, YamlReport* report,
                std::vector<Event>* out) {
   StrictMap map(node, path, report);
@@ -269,6 +278,7 @@ Result<Scenario> Read(const YAML::Node& root, const std::string& name) {
   section("base", [&](const YAML::Node& n) { ReadBase(n, &report, &s); });
   section("mounting", [&](const YAML::Node& n) { ReadMounting(n, &report, &s.mounting); });
   section("drive", [&](const YAML::Node& n) { ReadDrive(n, &report, &s.drive); });
+  section("recorded", [&](const YAML::Node& n) { ReadRecorded(n, &report, &s.recorded); });
   section("events", [&](const YAML::Node& n) {
     if (!n.IsSequence()) report.Add(n, "events: must be a list");
     int index = 0;

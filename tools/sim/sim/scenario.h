@@ -62,6 +62,14 @@ struct ImuConfig {
   double shake_m_s2 = 0.1;
 };
 
+// Ways of recorded robots (RecordedMotion); see hard_way.h.
+struct RecordedConfig {
+  double length_m = 1e9;  // the run ends after so much of the way
+  double every_m = 40;    // length of a part, each of which has
+  double dark_s = 0;      // ... one span with the lights out
+  double bare_m = 0;      // ... and one between bare walls
+};
+
 struct Scenario {
   std::string name;
   std::string map;  // path of map.yaml
@@ -88,6 +96,7 @@ struct Scenario {
   double light = 1;  // of all lamps, of what a well lit office has
   FollowerConfig drive;
   WorldConfig world;
+  RecordedConfig recorded;
   std::vector<Event> events;
 };
 

@@ -10,6 +10,7 @@
 #include "common/core/version.h"
 #include "common/wire/channels.h"
 #include "tools/robot/floorplan/planner.h"
+#include "tools/sim/sim/hard_way.h"
 
 namespace gw::sim {
 namespace {
@@ -156,6 +157,7 @@ Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
                                                        RecordedMotion motion, Utime start,
                                                        int threads) {
   std::unique_ptr<Simulation> sim(new Simulation(scenario, Drive::kPath, start, threads));
+  MakeWayHard(motion, &sim->scenario_);
   std::erase_if(sim->scenario_.events,
                 [](const Event& event) { return event.kind == EventKind::kKidnap; });
   std::stable_sort(sim->scenario_.events.begin(), sim->scenario_.events.end(),

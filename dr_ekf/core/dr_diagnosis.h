@@ -24,6 +24,7 @@ enum class DrDiagnosis {
   kWheelsTooFast,
   kHeadingStuck,
   kWheelTurnStuck,
+  kWheelsStand,
   kTrackIsOther,
   kWheelsTurnBackwards,
   kParted,
@@ -48,8 +49,7 @@ constexpr DrDiagnosisWords WordsOf(DrDiagnosis diagnosis) {
               "the IMU's clock is not that of the wheels: the IMU is not used; check its stamps"};
     case DrDiagnosis::kImuStampsRepeat:
       return {"imu_stamps_repeat",
-              "the IMU's samples carry the stamp of the one before: such samples are not used; "
-              "check its driver"};
+              "the IMU's samples repeat the stamp of the one before: not used; check its driver"};
     case DrDiagnosis::kAccelInG:
       return {"accel_in_g", "the accelerometer gives g: scaled to m/s^2; check its driver"};
     case DrDiagnosis::kAccelWithoutGravity:
@@ -97,6 +97,10 @@ constexpr DrDiagnosisWords WordsOf(DrDiagnosis diagnosis) {
     case DrDiagnosis::kWheelTurnStuck:
       return {"wheel_turn_stuck",
               "the gyro turns and the wheels' heading does not: their turn is not used"};
+    case DrDiagnosis::kWheelsStand:
+      return {"wheels_stand",
+              "the wheels' reading stands still while the IMU feels motion: is the robot carried, "
+              "or are its encoders not heard? check the base's driver and cables"};
     case DrDiagnosis::kTrackIsOther:
       return {"track_is_other",
               "the base turns by another factor than its track says (skid steer, wrong track): "

@@ -86,7 +86,8 @@ void DrFilter::FindInState(const FilterState& state) {
   once(state.heading_stuck, DrDiagnosis::kHeadingStuck);
   once(state.counters.parted > 0, DrDiagnosis::kParted);
   once(state.accel_unfit, DrDiagnosis::kAccelUnfit);
-  once(state.wheel_turn_stuck, DrDiagnosis::kWheelTurnStuck);
+  once(state.wheels_stand, DrDiagnosis::kWheelsStand);
+  once(state.wheel_turn_stuck && !state.wheels_stand, DrDiagnosis::kWheelTurnStuck);
   once(std::abs(state.yaw_scale - 1) > kOtherTrack &&
            state.P(kYawScale, kYawScale) < kKnownTrackSigma * kKnownTrackSigma,
        DrDiagnosis::kTrackIsOther);

@@ -53,6 +53,9 @@ FilterState DrModel::Initial(Utime utime) const {
     state.P(kWheelScale, kWheelScale) = Square(config_.wheel_scale_sigma);
     state.P(kYawScale, kYawScale) = Square(
         imu_.present && config_.wheel_scale_sigma > 0 ? kYawScalePrior : config_.wheel_scale_sigma);
+    if (config_.wheel_scale_sigma > 0) {
+      state.P(kTurnPerWay, kTurnPerWay) = Square(kUnequalWheels / wheel_.track_width_m);
+    }
     if (imu_.present && imu_.has_accel) {
       state.P(kClimb, kClimb) = state.P(kCrab, kCrab) = Square(kAskewPrior);
       state.P(kTurnCentre, kTurnCentre) = Square(kTurnCentrePrior);
@@ -69,6 +72,7 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   state.T_OS = before.T_OS;
   state.wheel_scale = before.wheel_scale;
   state.yaw_scale = before.yaw_scale;
+  state.turn_per_way = before.turn_per_way;
   state.climb = before.climb;
   state.crab = before.crab;
   state.turn_centre = before.turn_centre;
@@ -82,7 +86,7 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   // Unknown motion: it may be anywhere near and face anywhere.
   state.P.block<3, 3>(0, 0).diagonal().array() += 1.0;
   state.P(5, 5) += 1.0;
-  for (const int of_wheels : {kWheelScale, kYawScale, kClimb, kCrab, kTurnCentre}) {
+  for (const int of_wheels : {kWheelScale, kYawScale, kTurnPerWay, kClimb, kCrab, kTurnCentre}) {
     state.P(of_wheels, of_wheels) = before.P(of_wheels, of_wheels);
   }
   if (!imu_.present) return state;
@@ -109,6 +113,7 @@ FilterState DrModel::RestartedWithoutImu(const FilterState& before, const SE3& T
   const Eigen::AngleAxisd heading(std::atan2(ahead.y(), ahead.x()), Vector3d::UnitZ());
   wheels.T_OS = SE3(Eigen::Quaterniond(heading), T_OB.translation()) * T_BS_;
   wheels.yaw_scale = 1;  // it was compared with a gyro that is not believed
+  wheels.turn_per_way = 0;
   wheels.wheel_scale = 1;
   wheels.climb = wheels.crab = wheels.turn_centre = 0;
   FilterState state = Restarted(wheels, utime);
@@ -174,9 +179,11 @@ void DrModel::ApplyWheelBegin(Utime utime, FilterState& state) const {
 
 void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   state.wheel_drop = sample.contact.wheel_drop;
-  if (state.wheel_drop) {
-    // Wheels in the air say nothing of the floor: as if they were silent.
-    ++state.counters.wheel_drops;
+  const bool not_heard = state.wheels_stand && sample.dx_m == 0 && sample.dyaw_rad == 0 &&
+                         sample.utime - state.imu_still_since < DurationFromSeconds(kSteadyRateFor);
+  if (state.wheel_drop || not_heard) {
+    // Wheels in the air, and wheels that nobody hears, say nothing of the floor: as if silent.
+    state.counters.wheel_drops += state.wheel_drop;
     state.wheel_still = false;
     UpdateStationary(sample.utime, state);
     PropagateTo(sample.utime, nullptr, state);

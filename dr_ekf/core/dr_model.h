@@ -154,6 +154,7 @@ class DrModel {
   // dr_model_floor.cc
   // The height of a robot on a floor, over the wheel interval that ends now.
   void UpdateHeight(double way, FilterState& state) const;
+  bool OnRamp(const FilterState& state) const;
 
   // dr_model_slip.cc
   // speed_doubt: m/s, how wrong the wheels' speed may be where nothing else measures it.

@@ -72,6 +72,7 @@ DrState DrModel::Publish(const FilterState& state) const {
     C(5, 5) = Square(kHeadingDrift);
   } else {
     white[5] = WheelYawVariance(speed, rate) * (state.slip ? kSlipVarianceFactor : 1.0);
+    C(5, 5) = Square(state.usual_speed) * state.P(kTurnPerWay, kTurnPerWay);
   }
   if (!state.aligned) {
     white[3] = white[4] = 2 * Square(kFloorTilt) * speed / kFloorTiltWay;

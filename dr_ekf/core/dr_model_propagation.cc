@@ -47,6 +47,7 @@ void DrModel::PropagateTo(Utime utime, const ImuSample* imu, FilterState& state)
   const double dt = (utime - state.utime).seconds();
   state.correction_rate *= std::exp(-dt / kCorrectionMemory);
   state.recent_slips *= std::exp(-dt / kSlipsMemory);
+  state.recent_stands *= std::exp(-dt / kSlipsMemory);
   if (state.stationary) {
     Hold(dt, state);
   } else {
@@ -168,6 +169,7 @@ void DrModel::Wander(double dt, FilterState& state) const {
   if (config_.wheel_scale_sigma > 0) {
     state.P(kWheelScale, kWheelScale) += Square(kScaleWalk) * dt;
     state.P(kYawScale, kYawScale) += Square(kScaleWalk) * dt;
+    state.P(kTurnPerWay, kTurnPerWay) += Square(kScaleWalk / wheel_.track_width_m) * dt;
   }
 }
 
@@ -186,6 +188,8 @@ void DrModel::Integrate(const Rates& rates, double dt, FilterState& state) const
   state.T_OS = state.T_OS * step.T;
   state.v_OS_S = step.v_after;
   state.w_OS_S = rates.w;
+  const double forget = std::exp(-dt / kUsualSpeedMemory);
+  state.usual_speed = forget * state.usual_speed + (1 - forget) * state.v_OS_S.norm();
 }
 
 }  // namespace gw::dr_ekf

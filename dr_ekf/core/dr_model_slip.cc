@@ -44,15 +44,21 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interv
   const double own_speed = (way - interval.innovation) / interval.dt;
   if (!was_rejecting) {
     gate.speed_before = own_speed;
-    state.recent_slips += 1;
+    // Wheels that turn too far slip, and an accelerometer that finds it again and again is wrong.
+    // Wheels that do not turn at all do not slip: they are not heard, or the robot is carried.
+    (axis == 0 && way == 0 ? state.recent_stands : state.recent_slips) += 1;
     if (state.recent_slips > kMostSlips) FindUnfit(state);
+    if (state.recent_stands > kMostSlips) state.wheels_stand = true;
   }
   // Tyres pull the robot toward the wheels' speed or let it stop: its speed lies between rest, what
   // it was, and the wheels'. An accelerometer that says otherwise is the one that is wrong.
   const auto [slowest, fastest] = std::minmax({0.0, wheel_speed, gate.speed_before});
   const bool impossible =
       axis == 0 && (own_speed < slowest - kSpeedSlack || own_speed > fastest + kSpeedSlack);
-  if (impossible || state.utime - gate.rejecting_since > DurationFromSeconds(kMaxWayRejection)) {
+  const bool for_long = state.utime - gate.rejecting_since > DurationFromSeconds(kMaxWayRejection);
+  if (axis == 0 && way == 0) {
+    state.wheels_stand = state.wheels_stand || for_long;
+  } else if (impossible || for_long) {
     DoubtAccelerometer(axis, interval.innovation / interval.dt, state);
   }
   return verdict;

@@ -49,16 +49,11 @@ DrModel::WayInnovation DrModel::InnovateWay(const WheelSample& sample,
     const double side = SideVariance(driven, angle.z()) + Square(kWayFloor);
     return Vector3d(WayVariance(driven), side, side);
   };
-  // Sensitivity to the scale, and size of the noise: of the wheels and the filter combined (see
-  // InnovateYaw; the scale would come out 1 % too large here). Sideways the wheels' own (rolling)
-  // way is free of noise.
+  // Sensitivity to the scale, and size of the noise: as the filter has the way, not as the sample
+  // has it, whose noise is in the innovation as well and would tell of the scale, always to the
+  // same side. Sideways the wheels' own (rolling) way is free of noise.
   Vector3d sensitivity = in.measured;
-  const double sums = state.P(kNewSum, kNewSum) + state.P(kCloneSum, kCloneSum);
-  if (!state.way_unmeasured) {
-    const double predicted = (in.H.row(0) * state.P * in.H.row(0).transpose())(0);
-    const double share = predicted / (predicted + noise_of(own.x()).x() + sums);
-    sensitivity.x() = (own.x() + share * in.residual.x()) / state.wheel_scale;
-  }
+  if (!state.way_unmeasured) sensitivity.x() = own.x() / state.wheel_scale;
   in.noise = noise_of(state.way_unmeasured ? in.measured.norm() : sensitivity.x());
   in.H.col(kWheelScale) = -sensitivity;
   if (state.aligned) {
@@ -126,6 +121,8 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
   const double raw = in.residual.x();
   in.residual.x() -= state.new_sum[0] - state.clone_sum[0];
   state.rolling_untold = !rolls;
+  // Of nothing any scale makes nothing.
+  if (!rolls && in.measured.isZero()) state.scale_untold = true;
   Update<3>(in.H, in.residual, in.noise.asDiagonal(), PoseUpdate::kDefineWay, state);
   state.rolling_untold = false;
   if (!state.slip) {

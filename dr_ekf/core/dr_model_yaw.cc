@@ -29,7 +29,7 @@ DrModel::YawInnovation DrModel::InnovateYaw(const WheelSample& sample,
   const double way = std::hypot(sample.dx_m, sample.dy_m);
   const SE3 T_ab = MotionSinceClone(state);
   const double angle = LogSO3(T_ab.rotation()).z();
-  in.measured = state.yaw_scale * sample.dyaw_rad;
+  in.measured = state.yaw_scale * sample.dyaw_rad + state.turn_per_way * sample.dx_m;
   in.residual = WrapAngle(in.measured - angle);
   in.H.setZero();
   in.H.block<1, 3>(0, kPose + 3) = Eigen::RowVector3d::UnitZ();
@@ -50,7 +50,7 @@ DrModel::YawInnovation DrModel::InnovateYaw(const WheelSample& sample,
                    2 * (in.H.segment<6>(kPose) * state.P.block<6, 6>(kPose, kClone) *
                         in.H.segment<6>(kClone).transpose())(0);
     in.predicted = std::max(0.0, in.predicted);
-    const double own_turn = angle / state.yaw_scale;
+    const double own_turn = (angle - state.turn_per_way * sample.dx_m) / state.yaw_scale;
     const double own = in.predicted + Square(own_turn) * state.P(kYawScale, kYawScale);
     const double wheels = WheelYawVariance(way, own_turn) +
                           ExtraTurnVariance(own_turn, sample.dyaw_rad, state) +
@@ -58,6 +58,7 @@ DrModel::YawInnovation DrModel::InnovateYaw(const WheelSample& sample,
     in.turn = own_turn + own / (own + wheels) * (sample.dyaw_rad - own_turn);
   }
   in.H[kYawScale] = -in.turn;
+  in.H[kTurnPerWay] = -sample.dx_m;
   in.noise = WheelYawVariance(way, in.turn);
   if (!state.yaw_unmeasured) in.noise += ExtraTurnVariance(in.turn, sample.dyaw_rad, state);
   return in;
@@ -85,9 +86,18 @@ bool DrModel::WheelTurnMayBeUsed(const WheelSample& sample, double own_turn, dou
   if (sample.dyaw_rad != 0) {
     state.turn_without_wheels = 0;
     state.wheel_turn_stuck = false;
-  } else if (sample.dx_m != 0 && std::abs(own_turn) > kStuckRate * dt) {
+    return true;
+  }
+  // Under wheels that stand, a steady rate is a bias (UpdateStationary); hands, and a robot that
+  // drives without being heard, turn unevenly.
+  const bool moves = sample.dx_m != 0 ||
+                     sample.utime - state.imu_still_since < DurationFromSeconds(kSteadyRateFor);
+  if (moves && std::abs(own_turn) > kStuckRate * dt) {
     state.turn_without_wheels += own_turn;
-    if (std::abs(state.turn_without_wheels) > kStuckTurn) state.wheel_turn_stuck = true;
+    if (std::abs(state.turn_without_wheels) > kStuckTurn) {
+      state.wheel_turn_stuck = true;
+      state.wheels_stand = state.wheels_stand || sample.dx_m == 0;
+    }
   }
   return !state.wheel_turn_stuck;
 }
@@ -126,13 +136,14 @@ void DrModel::DefineYaw(const WheelSample& sample, const YawInnovation& in,
     yaw = WrapAngle(sample.heading_rad - state.heading);
     variance = Square(kHeadingSigmaPerSqrtS) * in.dt +
                Square(kHeadingSigmaPerSqrtRad) * std::abs(yaw) + Square(kHeadingStep) / 6.0;
-    const double scale_variance = Square(sample.dyaw_rad) * state.P(kYawScale, kYawScale);
+    const double scale_variance = Square(sample.dyaw_rad) * state.P(kYawScale, kYawScale) +
+                                  Square(sample.dx_m) * state.P(kTurnPerWay, kTurnPerWay);
     if (Square(yaw - in.measured) >
         Square(config_.gate_sigma) * (in.noise + sums + variance + scale_variance)) {
       ++state.counters.gated_wheel_yaw;
       FlagSlip(sample.utime, TrackSpeed(yaw - in.measured, in.dt), state);
     }
-    H[kYawScale] = 0;
+    H[kYawScale] = H[kTurnPerWay] = 0;
   } else {
     const double jump = std::abs(yaw - state.w_OS_S.z() * in.dt);
     const double faster = std::max(std::abs(yaw / in.dt), std::abs(state.w_OS_S.z()));
@@ -157,6 +168,7 @@ DrModel::YawUse DrModel::JudgeYaw(const WheelSample& sample, const YawInnovation
   interval.innovation = in.residual;
   interval.variance = in.noise + in.predicted;
   interval.coherent[0] = in.turn * std::sqrt(state.P(kYawScale, kYawScale));
+  interval.coherent[1] = sample.dx_m * std::sqrt(state.P(kTurnPerWay, kTurnPerWay));
   interval.sum_error = SumError(1, state);
   interval.least = std::max(kLeastSlipTurn, LargestTimeError(1, in.dt, state));
   interval.utime = sample.utime_begin;
@@ -202,7 +214,7 @@ void DrModel::WatchYaw(const YawInnovation& in, SlipGate::Interval interval,
       state.P.block<3, 3>(kGyroScale, kGyroScale).diagonal());
   interval.variance = in.noise + Square(imu_.gyro_noise) * in.dt;
   interval.coherent[0] = in.turn * std::sqrt(state.P(kYawScale, kYawScale) + scale);
-  interval.coherent[1] = in.dt * std::sqrt(share);
+  interval.coherent[1] = std::hypot(interval.coherent[1], in.dt * std::sqrt(share));
   double excess = 0;
   if (state.yaw_watch.Judge(interval, config_.gate_sigma, &excess) != SlipGate::Verdict::kSlip) {
     return;

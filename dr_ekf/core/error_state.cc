@@ -98,6 +98,7 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   state.gyro_scale = (state.gyro_scale + d.segment<3>(kGyroScale)).cwiseMax(0.8).cwiseMin(1.2);
   state.wheel_scale = std::clamp(state.wheel_scale + d[kWheelScale], 0.5, 2.0);
   state.yaw_scale = std::clamp(state.yaw_scale + d[kYawScale], kLeastYawScale, kMostYawScale);
+  state.turn_per_way = std::clamp(state.turn_per_way + d[kTurnPerWay], -0.5, 0.5);
   state.climb = std::clamp(state.climb + d[kClimb], -0.2, 0.2);
   state.crab = std::clamp(state.crab + d[kCrab], -0.2, 0.2);
   state.turn_centre = std::clamp(state.turn_centre + d[kTurnCentre], -0.5, 0.5);

@@ -25,18 +25,20 @@ inline constexpr int kGyroBias = 9;     // 3: in I
 inline constexpr int kAccelBias = 12;   // 3: in I
 inline constexpr int kWheelScale = 15;  // 1: true way / measured way
 inline constexpr int kYawScale = 16;    // 1: true / measured yaw of the wheels
-inline constexpr int kGyroScale = 17;   // 3: in I, true / measured rate
+// 1: rad per metre that the robot turns and its wheels do not tell: left and right are not alike
+inline constexpr int kTurnPerWay = 17;
+inline constexpr int kGyroScale = 18;  // 3: in I, true / measured rate
 // How the wheels roll, seen in B as the IMU's mounting has it
 // (docs/adr/0024-where-the-wheels-roll.md).
-inline constexpr int kClimb = 20;       // 1: rise of B per way driven
-inline constexpr int kCrab = 21;        // 1: way of B to the left per way driven
-inline constexpr int kTurnCentre = 22;  // 1: x in B of the point that moves as the wheels say
-inline constexpr int kClone = 23;       // 6
+inline constexpr int kClimb = 21;       // 1: rise of B per way driven
+inline constexpr int kCrab = 22;        // 1: way of B to the left per way driven
+inline constexpr int kTurnCentre = 23;  // 1: x in B of the point that moves as the wheels say
+inline constexpr int kClone = 24;       // 6
 // Errors of the wheels' sums, way (m) and turn (rad): what a sum is off for as long as its sample
 // is the newest (time error of the stamp, quantisation), but not for good.
-inline constexpr int kCloneSum = 29;  // 2: of the sample at the clone
-inline constexpr int kNewSum = 31;    // 2: of the sample that is being used
-inline constexpr int kErrorSize = 33;
+inline constexpr int kCloneSum = 30;  // 2: of the sample at the clone
+inline constexpr int kNewSum = 32;    // 2: of the sample that is being used
+inline constexpr int kErrorSize = 34;
 using ErrorVector = Eigen::Matrix<double, kErrorSize, 1>;
 using ErrorMatrix = Eigen::Matrix<double, kErrorSize, kErrorSize>;
 
@@ -63,6 +65,7 @@ struct FilterState {
   Eigen::Vector3d gyro_scale = Eigen::Vector3d::Ones();
   double wheel_scale = 1.0;
   double yaw_scale = 1.0;
+  double turn_per_way = 0;  // rad/m
   double climb = 0;
   double crab = 0;
   double turn_centre = 0;  // m, in B
@@ -78,6 +81,8 @@ struct FilterState {
   // are white, so this is the white noise that corrections put into relative motion. In S; m^2/s,
   // rad^2/s.
   Matrix6d correction_rate = Matrix6d::Zero();
+
+  double usual_speed = 0;  // m/s, mean over kUsualSpeedMemory
 
   // Running wheel interval.
   bool has_clone = false;
@@ -101,6 +106,8 @@ struct FilterState {
   bool heading_stuck = false;
   double turn_without_wheels = 0;  // rad, of the gyro since the wheels' heading changed
   bool wheel_turn_stuck = false;
+  // Found out: the wheels read zero, both way and turn, while the IMU feels motion.
+  bool wheels_stand = false;
 
   // Gravity and floor.
   double floor = 0;  // m, height of the floor in O
@@ -135,6 +142,7 @@ struct FilterState {
   bool rolling_untold = false;  // the way of this interval is not that of wheels that roll
   bool accel_unfit = false;     // found out: it tells which way is up, not how the robot moves
   double recent_slips = 0;      // times the accelerometer found slip, forgotten over kSlipsMemory
+  double recent_stands = 0;     // likewise, of wheels that read zero
   Utime accused_until;  // vision accused the wheels; the accelerometer is asked more closely
 
   StepCounters counters;

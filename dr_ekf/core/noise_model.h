@@ -21,6 +21,14 @@ inline constexpr double kLevelingSigma = 0.05;      // m/s^2, unseen motion duri
 inline constexpr double kYawScalePrior = 1.0;
 inline constexpr double kLeastYawScale = 0.25;
 inline constexpr double kMostYawScale = 4.0;
+// Diameters of the left and the right wheel differ by this share of one (Borenstein and Feng,
+// Measurement and correction of systematic odometry errors in mobile robots, 1996): a turn in
+// proportion to the way, which divides it by the track. What nine real bases show, 0.3 deg/m, is
+// this at a track of 0.4 m (docs/results.md, 2026-11-29).
+inline constexpr double kUnequalWheels = 0.002;
+// An error in proportion to the way is published as one of the turn rate, at the speed of the last
+// so many seconds: at the speed of each sample it would look like a new error with each change.
+inline constexpr double kUsualSpeedMemory = 5;  // s
 // Factors on the variance of the wheels' turn per angle and of the accelerometer's way, before it
 // is known what this robot is (see NoiseFactor): two and five times the sigma.
 inline constexpr double kTurnNoisePrior = 4;

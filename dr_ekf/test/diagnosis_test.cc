@@ -218,6 +218,26 @@ class Once {
   bool done_ = false;
 };
 
+// Encoders that are not heard: the turn goes on by the gyro, and neither sensor is blamed for the
+// other's silence. The reverse, wheels that turn while the robot stands, is slip (slip_test).
+TEST(DrDiagnosis, WheelsThatStandWhileTheRobotDrivesAreNamed) {
+  const Recording r = Simulate(WheelsAndImu(), {}, {.seed = 5, .duration_s = 40, .stops = false});
+  const Utime from = r.begin + Milliseconds(15000);
+  const Outcome out = DriveWith(
+      r, [](ImuSample&) {},
+      [&](WheelSample& s) {
+        if (s.utime > from) s.dx_m = s.dy_m = s.dyaw_rad = 0;
+      });
+  EXPECT_TRUE(out.Found(DrDiagnosis::kWheelsStand));
+  EXPECT_FALSE(out.Found(DrDiagnosis::kAccelUnfit));
+  EXPECT_FALSE(out.Found(DrDiagnosis::kTrackIsOther));
+  EXPECT_FALSE(out.Found(DrDiagnosis::kWheelTurnStuck));
+  const SE3 last = out.states.front().T_OB.inverse() * out.states.back().T_OB;
+  const SE3 truth =
+      r.TruthAt(out.states.front().utime).inverse() * r.TruthAt(out.states.back().utime);
+  EXPECT_LT(std::abs(LogSO3(last.rotation().conjugate() * truth.rotation()).z()), 0.1);
+}
+
 TEST(DrDiagnosis, EverySecondImuStampRepeatedIsNamed) {
   const Recording r = TurnsAndStops();
   Utime before;

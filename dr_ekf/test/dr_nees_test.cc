@@ -95,6 +95,7 @@ TEST_P(DrNees, IncrementsAreHonest) {
     options.parked_s = run % 2 == 0 ? 1.0 : 0.0;
     options.true_scale = 1 + config.wheel_scale_sigma * rng.Normal();
     options.true_yaw_scale = 1 + config.wheel_scale_sigma * rng.Normal();
+    options.turn_per_way = kUnequalWheels / mode.calibration().wheel.track_width_m * rng.Normal();
     for (int i = 0; i < 3; ++i) {
       options.gyro_scale[i] = 1 + config.gyro_scale_sigma * rng.Normal();
       options.gyro_bias[i] = kGyroBiasPrior * rng.Normal();

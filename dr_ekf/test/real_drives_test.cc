@@ -7,6 +7,7 @@
 
 #include "common/good_weights/dr_history.h"
 #include "dr_ekf/test/drive_report.h"
+#include "dr_ekf/test/reference_body.h"
 
 namespace gw::dr_ekf {
 namespace {
@@ -15,8 +16,8 @@ namespace fs = std::filesystem;
 
 struct Folder {
   const char* name;  // below the data folder
-  // Share of windows of a second whose error is in the band that the covariance says, at least:
-  // what it is today. Wheels alone cannot know how bad they are; the configuration says.
+  // Share of windows whose error is in the band that the covariance says, at least: what it is
+  // today. Wheels alone cannot know how bad they are; the configuration says.
   double honest = 0;
   double of_raw = 0.6;  // APE of DR at most, as a share of the wheels'
 };
@@ -33,18 +34,18 @@ std::string TestName(const testing::TestParamInfo<Folder>& info) {
 
 class WheelsAlone : public testing::TestWithParam<Folder> {};
 INSTANTIATE_TEST_SUITE_P(OpenLoris, WheelsAlone,
-                         testing::Values(Folder{"openloris_odometry/cafe-1-1", 0.5},
-                                         Folder{"openloris_odometry/corridor-1-1", 0.5},
-                                         Folder{"openloris_odometry/corridor-1-3", 0.25},
-                                         Folder{"openloris_odometry/home-1-1", 0.8},
-                                         Folder{"openloris_odometry/home-1-2", 0.8},
+                         testing::Values(Folder{"openloris_odometry/cafe-1-1", 0.8},
+                                         Folder{"openloris_odometry/corridor-1-1", 0.75},
+                                         Folder{"openloris_odometry/corridor-1-3", 0.75},
+                                         Folder{"openloris_odometry/home-1-1", 0.75},
+                                         Folder{"openloris_odometry/home-1-2", 0.85},
                                          Folder{"openloris_odometry/market-1-1", 0.55}),
                          TestName);
 INSTANTIATE_TEST_SUITE_P(Carmen, WheelsAlone,
-                         testing::Values(Folder{"carmen_odometry/acapulco", 0.8},
-                                         Folder{"carmen_odometry/aces", 0.7},
+                         testing::Values(Folder{"carmen_odometry/acapulco", 0.85},
+                                         Folder{"carmen_odometry/aces", 0.8},
                                          Folder{"carmen_odometry/fhw", 0.75},
-                                         Folder{"carmen_odometry/intel", 0.3}),
+                                         Folder{"carmen_odometry/intel", 0.35}),
                          TestName);
 
 TEST_P(WheelsAlone, AreNoWorseThanTheirSum) {
@@ -69,22 +70,27 @@ struct Honesty {
   double share() const { return windows == 0 ? 0 : static_cast<double>(inside) / windows; }
 };
 
-Honesty NeesOf(const RealDrive& drive, const DriveReport& report, double window_s,
-               double truth_sigma_m, double truth_sigma_rad) {
+// Of the reference: place, heading, and the time of a pose or of the wheels beside it.
+struct TruthNoise {
+  double m = 0, rad = 0, s = 0;
+};
+
+Honesty NeesOf(const std::vector<StampedPose>& reference, const DriveReport& report,
+               double window_s, const TruthNoise& noise) {
   DrHistory history(Milliseconds(100'000'000));
   for (const DrState& s : report.states) history.Push(s);
   Honesty out;
   size_t j = 0;
-  for (size_t i = 0; i < drive.truth.size(); i = std::max(i + 1, j)) {
+  for (size_t i = 0; i < reference.size(); i = std::max(i + 1, j)) {
     j = i;
-    const Utime a = drive.truth[i].utime;
-    while (j < drive.truth.size() && (drive.truth[j].utime - a).seconds() < window_s) ++j;
-    if (j >= drive.truth.size()) break;
-    const Utime b = drive.truth[j].utime;
+    const Utime a = reference[i].utime;
+    while (j < reference.size() && (reference[j].utime - a).seconds() < window_s) ++j;
+    if (j >= reference.size()) break;
+    const Utime b = reference[j].utime;
     if ((b - a).seconds() > 1.5 * window_s + 3) continue;
     const auto increment = history.Increment(a, b, {0});
     if (!increment) continue;
-    const SE3 truth = drive.truth[i].T.inverse() * drive.truth[j].T;
+    const SE3 truth = reference[i].T.inverse() * reference[j].T;
     if (truth.translation().norm() < 0.02 * window_s) continue;  // parked
     const Vector6d error = (increment->T_BaBb.inverse() * truth).Log();
     Eigen::Matrix3d cov;
@@ -94,9 +100,9 @@ Honesty NeesOf(const RealDrive& drive, const DriveReport& report, double window_
       e[r] = error[axes[r]];
       for (int c = 0; c < 3; ++c) cov(r, c) = increment->cov(axes[r], axes[c]);
     }
-    cov.diagonal() +=
-        Eigen::Vector3d(2 * truth_sigma_m * truth_sigma_m, 2 * truth_sigma_m * truth_sigma_m,
-                        2 * truth_sigma_rad * truth_sigma_rad);
+    const double late = noise.s * truth.translation().norm() / (b - a).seconds();
+    cov.diagonal() += 2 * Eigen::Vector3d(noise.m * noise.m + late * late, noise.m * noise.m,
+                                          noise.rad * noise.rad);
     const double nees = e.dot(cov.ldlt().solve(e));
     ++out.windows;
     out.inside += nees > 0.216 && nees < 9.348;
@@ -112,15 +118,24 @@ TEST_P(WheelsAlone, SayHowWrongTheyMayBe) {
   const RealDrive drive = carmen ? ReadOdometryAlone(*folder, "odom_raw.txt", "laser_pose.txt")
                                  : ReadOdometryAlone(*folder, "odom.txt", "groundtruth.txt");
   const DriveReport report = RunDrive(drive);
+  const ReferenceBody body = FitReferenceBody(drive.truth, drive.raw);
+  std::printf("%s: reference is of a body at %.3f %.3f m, %.1f deg, its clock %.2f s ahead\n",
+              GetParam().name, body.T_BR.translation().x(), body.T_BR.translation().y(),
+              LogSO3(body.T_BR.rotation()).z() * 180 / M_PI, body.clock_ahead_s);
+  const std::vector<StampedPose> reference = InBodyOfWheels(drive.truth, body);
+  // Laser poses of a few centimetres; nothing tells when between two samples a wheel turned.
+  const TruthNoise noise{carmen ? 0.03 : 0.01, carmen ? 0.01 : 0.003,
+                         0.5 * MedianPeriod(drive.raw)};
+  Honesty all;
   for (const double window_s : {1.0, 5.0, 20.0}) {
-    const Honesty h = NeesOf(drive, report, window_s, carmen ? 0.03 : 0.01, carmen ? 0.01 : 0.003);
+    const Honesty h = NeesOf(reference, report, window_s, noise);
     std::printf("%s, %2.0f s: %d windows, %.0f %% inside the band, %.0f %% above\n",
                 GetParam().name, window_s, h.windows, 100 * h.share(),
                 h.windows == 0 ? 0.0 : 100.0 * h.above / h.windows);
-    if (window_s == 1.0) {
-      EXPECT_GE(h.share(), GetParam().honest);
-    }
+    all.windows += h.windows;
+    all.inside += h.inside;
   }
+  EXPECT_GE(all.share(), GetParam().honest);
 }
 
 class Rendered : public testing::TestWithParam<Folder> {};
@@ -222,7 +237,7 @@ TEST_P(SkidSteer, HasTheWayOfItsWheelsAndTheTurnOfItsGyroOnAFlatFloor) {
     if (!ramps) {
       EXPECT_LT(report.highest - report.lowest, 0.2);
     }
-    EXPECT_LT(std::abs(report.poses.back().T.translation().z()), ramps ? 0.3 : 0.2);
+    EXPECT_LT(std::abs(report.poses.back().T.translation().z()), 0.2);
     EXPECT_EQ(report.slips, 0);
     EXPECT_EQ(report.counters.resets, 0);
   }

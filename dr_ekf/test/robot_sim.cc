@@ -236,7 +236,7 @@ Recording Simulate(const Calibration& calibration, const DrEkfConfig& config,
     for (int i = 1; i <= last; ++i) {
       const Motion& m = motion[i];
       const double dway = m.dway / options.true_scale;
-      const double dyaw = m.dyaw / options.true_yaw_scale;
+      const double dyaw = (m.dyaw - options.turn_per_way * m.dway) / options.true_yaw_scale;
       way += dway + options.wheel_noise * config.wheel_sigma_m_per_sqrt_m *
                         std::sqrt(std::abs(dway)) * rng.Normal();
       yaw += dyaw +

@@ -39,6 +39,7 @@ struct SimOptions {
   double bumps_per_minute = 0;  // thresholds of 1 cm; only with an accelerometer
   double true_scale = 1.0;
   double true_yaw_scale = 1.0;
+  double turn_per_way = 0;  // rad/m that the robot turns and its wheels do not tell
   Eigen::Vector3d gyro_scale = Eigen::Vector3d::Ones();  // true / measured, axes of the IMU
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel_bias = Eigen::Vector3d::Zero();

@@ -57,6 +57,7 @@ Accused AccusedBy(dr_ekf::DrDiagnosis diagnosis) {
     case kWheelsTwice:
     case kWheelsJumped:
     case kWheelsTooFast:
+    case kWheelsStand:
       return Accused::kWheels;
     case kImuOnAnotherClock:
     case kImuStampsRepeat:

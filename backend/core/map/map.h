@@ -77,8 +77,8 @@ class Map {
   // `landmarks` are not: observations are added one by one. A `previous` that is not in the map, or
   // that another keyframe follows already, leaves the new one without a temporal edge; with one, it
   // belongs to the piece of `previous`, which may have been joined to another one meanwhile. One
-  // that withdraws others takes them out first, and one that tells another
-  // factor of lengths corrects those of the map (SetLengthFactor).
+  // that withdraws others takes them out first; one that tells another factor of lengths corrects
+  // those of the map (SetLengthFactor).
   bool AddKeyframe(const Keyframe& keyframe);
   // Preconditions of the following: the ids exist, unless stated otherwise.
   void SetPose(KeyframeId id, const SE3& T_WC);

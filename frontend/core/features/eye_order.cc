@@ -13,8 +13,9 @@ constexpr int kAlike = 50;          // of 256 bits, and 0.8 of the second best
 constexpr float kRows = 2;          // px of the level
 constexpr float kOnePlace = 0.01f;  // px
 constexpr float kOffset = 1;        // px of the level: more than noise
-// A partner is of the side that this says with the first probability, else with the second.
-constexpr double kMostly = 0.9, kSeldom = 0.1;
+// Nearly all partners lie on the side that the order of the eyes says; wrong partners lie on
+// either.
+constexpr double kMostly = 0.9, kEither = 0.5;
 
 // The right keypoint that alone looks like the i-th left one; null: there is none.
 const OrbKeypoint* Partner(const StereoSide& left, size_t i, const StereoSide& right) {
@@ -52,10 +53,10 @@ EyeOrder JudgeEyeOrder(const StereoSide& left, const StereoSide& right) {
     ahead += disparity > offset;
     behind += disparity < -offset;
   }
-  if (LogOdds(at_one_place, partners, kMostly, kSeldom) > kDecisiveLogOdds) {
+  if (LogOdds(at_one_place, partners, kMostly, kEither) > kDecisiveLogOdds) {
     return EyeOrder::kOneTwice;
   }
-  if (LogOdds(behind, ahead + behind, kMostly, kSeldom) > kDecisiveLogOdds) {
+  if (LogOdds(behind, ahead + behind, kMostly, kEither) > kDecisiveLogOdds) {
     return EyeOrder::kExchanged;
   }
   return EyeOrder::kPlausible;

@@ -62,9 +62,6 @@ class FeatureExtractor::Impl {
     if (!Fits(frame.left, PixelFormat::kGray8)) return Outcome::kBadImage;
     const Outcome outcome =
         kind_ == CameraKind::kStereo ? ExtractStereo(frame, out) : ExtractRgbd(frame, out);
-    if (outcome == Outcome::kOneEyeTwice || outcome == Outcome::kEyesExchanged) {
-      *out = FeatureFrame();
-    }
     out->num_detected = static_cast<int>(out->features.size());
     return outcome;
   }

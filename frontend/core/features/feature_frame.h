@@ -48,8 +48,8 @@ class FeatureExtractor {
     kOk,
     kBadImage,       // left image missing, wrong size or format: no features
     kMissingDepth,   // right or depth image missing, wrong size or format: features without depth
-    kOneEyeTwice,    // left and right image are the same: not used, no features
-    kEyesExchanged,  // left is right: not used, no features
+    kOneEyeTwice,    // left and right image seem to be the same: features, few with depth
+    kEyesExchanged,  // left seems to be right: the same
   };
   // Replaces the content of `out`.
   Outcome Extract(const CameraFrame& frame, FeatureFrame* out);

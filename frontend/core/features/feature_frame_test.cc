@@ -194,10 +194,9 @@ TEST(FeatureExtractor, SeesOneEyeTwiceAndEyesThatAreExchanged) {
   FeatureFrame out;
   EXPECT_EQ(extractor.Extract(StereoFrame(left.View(), left.View()), &out),
             FeatureExtractor::Outcome::kOneEyeTwice);
-  EXPECT_TRUE(out.features.empty());
   EXPECT_EQ(extractor.Extract(StereoFrame(right.View(), left.View()), &out),
             FeatureExtractor::Outcome::kEyesExchanged);
-  EXPECT_EQ(out.num_detected, 0);
+  EXPECT_GT(out.num_detected, 0) << "they may as well be of two instants";
   EXPECT_EQ(extractor.Extract(StereoFrame(left.View(), right.View()), &out),
             FeatureExtractor::Outcome::kOk);
   // All of it far away, in either order: there is nothing to tell them apart by.

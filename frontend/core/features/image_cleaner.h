@@ -37,7 +37,9 @@ class ImageCleaner {
   bool fixed_prevails() const { return fixed_.Prevails(); }
   // When what is fixed was first seen. Precondition: fixed_prevails().
   Utime fixed_since() const { return fixed_.since(); }
-  // The eyes of the newest image that was judged are not of one instant.
+  // The eyes are not of one instant, whether it matters or not.
+  bool eyes_apart() const { return eyes_.Lateness() != 0; }
+  // The eyes of the newest image that was judged are not of one instant, and it matters.
   bool depth_spoilt() const { return depth_spoilt_; }
 
  private:

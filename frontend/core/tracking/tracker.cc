@@ -264,8 +264,12 @@ void Tracker::Impl::FillPose(FramePose* report) const {
 }
 
 TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
-  const FeatureExtractor::Outcome outcome = extractor_.Extract(frame, &frame_);
-  return Track(frame.utime, frame.seq, frame_, ProblemOf(outcome));
+  TrackingReason problem = ProblemOf(extractor_.Extract(frame, &frame_));
+  // While the robot turns, what an eye sees too late may well lie on the other side.
+  const bool late = problem == TrackingReason::kEyesExchanged && cleaner_.eyes_apart();
+  if (late) problem = TrackingReason::kNone;
+  if (problem != TrackingReason::kNone) frame_ = FeatureFrame();
+  return Track(frame.utime, frame.seq, frame_, problem);
 }
 
 // Lengths that have proven to be wrong are right from now on, and with them all that was measured

@@ -73,7 +73,7 @@ class Instrument(unittest.TestCase):
         for path in instrument.sources(root, sensitivity.FOLDERS):
             constants += instrument.instrument_text(path, (root / path).read_text())[1]
         self.assertGreater(len(ids(constants)), 150)
-        self.assertIn("common/vision/reprojection.h:kChi2Pixel", ids(constants))
+        self.assertIn("common/vision/pose_optimizer.cc:kRobustRounds", ids(constants))
         self.assertEqual(len({c.id for c in constants}), len(constants))
 
 

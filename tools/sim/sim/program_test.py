@@ -81,9 +81,10 @@ class GwSim(unittest.TestCase):
                      DRIVE + "camera: {width: 0}\n", "--map", OFFICE)
 
     def test_trajectory_with_a_gap(self):
-        truth = self.write("truth.txt", pose_lines(0, 5) + pose_lines(8, 12))
-        odometry = self.write("odometry.txt", pose_lines(0, 12))
-        self.refused(FAILED, "truth.txt:101: gap of", "name: t\n", "--trajectory", truth,
+        # Without a reference for 3 s the odometry carries on; without odometry for 6 s nothing does.
+        truth = self.write("truth.txt", pose_lines(0, 5) + pose_lines(8, 20))
+        odometry = self.write("odometry.txt", pose_lines(0, 5) + pose_lines(11, 20))
+        self.refused(FAILED, "odometry.txt: gap of", "name: t\n", "--trajectory", truth,
                      "--odometry", odometry)
 
     def test_no_such_files(self):

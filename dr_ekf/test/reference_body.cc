@@ -106,6 +106,7 @@ ReferenceBody FitReferenceBody(const std::vector<StampedPose>& reference,
 std::vector<StampedPose> InBodyOfWheels(const std::vector<StampedPose>& reference,
                                         const ReferenceBody& body) {
   std::vector<StampedPose> out;
+  out.reserve(reference.size());
   for (const StampedPose& pose : reference) {
     out.push_back(
         {pose.utime - DurationFromSeconds(body.clock_ahead_s), pose.T * body.T_BR.inverse()});

@@ -31,6 +31,11 @@ struct Sample {
 
 enum class Disorder { kError, kLeaveOut };
 
+// Where an error is.
+std::string LineOf(const std::string& path, int number) {
+  return path + ":" + std::to_string(number) + ": ";
+}
+
 // disorder: what becomes of a pose that is not later than the one before.
 Result<std::vector<Sample>> LoadPoses(const std::string& path, Disorder disorder) {
   std::ifstream in(path);
@@ -43,15 +48,15 @@ Result<std::vector<Sample>> LoadPoses(const std::string& path, Disorder disorder
     double v[8];
     bool good = true;
     for (double& value : v) good = good && (fields >> value) && std::isfinite(value);
-    const std::string where = path + (":" + std::to_string(number)).append(": ");
     const Eigen::Quaterniond q =
         good ? Eigen::Quaterniond(v[7], v[4], v[5], v[6]) : Eigen::Quaterniond::Identity();
     if (!good || std::abs(q.norm() - 1) > 1e-2) {
-      return Error{ErrorCode::kBadData, where + "want `t x y z qx qy qz qw`, got `" + line + "`"};
+      return Error{ErrorCode::kBadData,
+                   LineOf(path, number) + "want `t x y z qx qy qz qw`, got `" + line + "`"};
     }
     if (!out.empty() && v[0] <= out.back().t) {
       if (disorder == Disorder::kLeaveOut) continue;
-      return Error{ErrorCode::kBadData, where + "time does not grow"};
+      return Error{ErrorCode::kBadData, LineOf(path, number) + "time does not grow"};
     }
     out.push_back({v[0], SE3(q, {v[1], v[2], v[3]})});
   }

@@ -179,7 +179,8 @@ void DrModel::ApplyWheelBegin(Utime utime, FilterState& state) const {
 
 void DrModel::ApplyWheel(const WheelSample& sample, FilterState& state) const {
   state.wheel_drop = sample.contact.wheel_drop;
-  const bool not_heard = state.wheels_stand && sample.dx_m == 0 && sample.dyaw_rad == 0 &&
+  const bool not_heard = state.wheels_stand && sample.dx_m == 0 && sample.dy_m == 0 &&
+                         sample.dyaw_rad == 0 &&
                          sample.utime - state.imu_still_since < DurationFromSeconds(kSteadyRateFor);
   if (state.wheel_drop || not_heard) {
     // Wheels in the air, and wheels that nobody hears, say nothing of the floor: as if silent.

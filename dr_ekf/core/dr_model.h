@@ -162,8 +162,8 @@ class DrModel {
   void EndSlip(FilterState& state) const;
   bool HasAccelerometer(const FilterState& state) const;
   // Judges the wheels' way along an axis (0 or 1) of B over the interval that ends now: wheels
-  // minus accelerometer. excess: as SlipGate.
-  SlipGate::Verdict JudgeWay(int axis, double way, const SlipGate::Interval& interval,
+  // minus accelerometer. stand: the wheels read no way at all. excess: as SlipGate.
+  SlipGate::Verdict JudgeWay(int axis, double way, bool stand, const SlipGate::Interval& interval,
                              double* excess, FilterState& state) const;
   // The accelerometer is no witness of motion, for good.
   void FindUnfit(FilterState& state) const;

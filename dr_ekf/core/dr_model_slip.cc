@@ -26,8 +26,9 @@ bool DrModel::HasAccelerometer(const FilterState& state) const {
   return ImuAlive(state) && state.imu_has_accel && state.aligned;
 }
 
-SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interval& interval,
-                                    double* excess, FilterState& state) const {
+SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
+                                    const SlipGate::Interval& interval, double* excess,
+                                    FilterState& state) const {
   SlipGate& gate = axis == 0 ? state.forward_gate : state.sideways_gate;
   const bool accused = axis == 0 && state.utime <= state.accused_until;
   const double share = accused ? kAccusedShare : 1.0;
@@ -46,7 +47,7 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interv
     gate.speed_before = own_speed;
     // Wheels that turn too far slip, and an accelerometer that finds it again and again is wrong.
     // Wheels that do not turn at all do not slip: they are not heard, or the robot is carried.
-    (axis == 0 && way == 0 ? state.recent_stands : state.recent_slips) += 1;
+    (axis == 0 && stand ? state.recent_stands : state.recent_slips) += 1;
     if (state.recent_slips > kMostSlips) FindUnfit(state);
     if (state.recent_stands > kMostSlips) state.wheels_stand = true;
   }
@@ -56,7 +57,7 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, const SlipGate::Interv
   const bool impossible =
       axis == 0 && (own_speed < slowest - kSpeedSlack || own_speed > fastest + kSpeedSlack);
   const bool for_long = state.utime - gate.rejecting_since > DurationFromSeconds(kMaxWayRejection);
-  if (axis == 0 && way == 0) {
+  if (axis == 0 && stand) {
     state.wheels_stand = state.wheels_stand || for_long;
   } else if (impossible || for_long) {
     DoubtAccelerometer(axis, interval.innovation / interval.dt, state);

@@ -98,7 +98,8 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
     interval.utime = state.utime;
     interval.dt = in.dt;
     double excess = 0;
-    const SlipGate::Verdict verdict = JudgeWay(axis, in.way[axis], interval, &excess, state);
+    const SlipGate::Verdict verdict =
+        JudgeWay(axis, in.way[axis], in.measured.isZero(), interval, &excess, state);
     rolls = rolls && verdict == SlipGate::Verdict::kAgrees;
     switch (verdict) {
       case SlipGate::Verdict::kAgrees:

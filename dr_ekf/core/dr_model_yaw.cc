@@ -96,7 +96,7 @@ bool DrModel::WheelTurnMayBeUsed(const WheelSample& sample, double own_turn, dou
     state.turn_without_wheels += own_turn;
     if (std::abs(state.turn_without_wheels) > kStuckTurn) {
       state.wheel_turn_stuck = true;
-      state.wheels_stand = state.wheels_stand || sample.dx_m == 0;
+      state.wheels_stand = state.wheels_stand || (sample.dx_m == 0 && sample.dy_m == 0);
     }
   }
   return !state.wheel_turn_stuck;

@@ -8,10 +8,16 @@ namespace {
 // A window of 0.3 m: its ends are known to a centimetre, it tells the ratio to 3 %.
 constexpr double kLeastSquare = 0.1;  // m^2
 constexpr double kWorthMore = 4;
+// Wheels may be this late, and shift a way by so much times the gain of speed; that has to be less
+// than this share of it (the least fault, FaultOf).
+constexpr double kLate = 0.1;  // s
+constexpr double kShare = 0.05;
 
 }  // namespace
 
-void LengthRatio::Add(const Eigen::Vector2d& by_dr, const Eigen::Vector2d& by_vision) {
+void LengthRatio::Add(const Eigen::Vector2d& by_dr, const Eigen::Vector2d& by_vision,
+                      double gained_m_s) {
+  if (kLate * std::abs(gained_m_s) > kShare * by_dr.norm()) return;
   const double across = by_dr.x() * by_vision.y() - by_dr.y() * by_vision.x();
   product_ += Eigen::Vector2d(by_dr.dot(by_vision), across);
   square_ += by_dr.squaredNorm();

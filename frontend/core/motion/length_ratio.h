@@ -12,8 +12,10 @@ namespace gw::frontend {
 
 class LengthRatio {
  public:
-  // The way of a window, in one frame; by_vision: in its lengths of now.
-  void Add(const Eigen::Vector2d& by_dr, const Eigen::Vector2d& by_vision);
+  // The way of a window, in one frame; by_vision: in its lengths of now. gained_m_s: speed at its
+  // end less that at its begin. Windows in which wheels that are late would make up for a fault of
+  // lengths do not count.
+  void Add(const Eigen::Vector2d& by_dr, const Eigen::Vector2d& by_vision, double gained_m_s);
 
   // The factor by which vision's ways are longer, as they all are and in the same direction; empty:
   // there is none that is worth a word (FaultOf), or too little way.

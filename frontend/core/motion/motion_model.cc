@@ -193,8 +193,9 @@ void MotionModel::MapMoved(const SE3& T_correction) {
 
 void MotionModel::CompareWithVision(const Seen& seen) {
   if (window_ && seen.b - window_->begin < DrTrust::kWindow) return;
+  const double speed = dr_.empty() ? 0 : dr_.newest().v_OB_B.head<2>().norm();
   const std::optional<Window> window =
-      std::exchange(window_, Window{seen.b, seen.T_WC_vision, seen.cov_vision});
+      std::exchange(window_, Window{seen.b, seen.T_WC_vision, seen.cov_vision, speed});
   const auto dr = window ? DrBetween(window->begin, seen.b) : std::nullopt;
   if (!dr || dr->told.slip) return;
   DrEvidence evidence;
@@ -217,7 +218,7 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   learnt_.disagreement.Add(evidence.T_dr, evidence.T_vision);
   const double taken_out = learnt_.constant.fault().way_factor.value_or(1);
   learnt_.lengths.Add(dr->told.T_BaBb.translation().head<2>() / taken_out,
-                      evidence.T_vision.translation().head<2>());
+                      evidence.T_vision.translation().head<2>(), speed - window->speed);
   if (!dr_trusted()) TakeOutConstant();
 }
 

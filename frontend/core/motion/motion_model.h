@@ -137,6 +137,7 @@ class MotionModel {
     Utime begin;
     SE3 T_WC;
     Matrix6d cov;
+    double speed;  // m/s, by DR
   };
   std::optional<Window> window_;
 

@@ -53,6 +53,7 @@ struct Keyframe {
   // proven to be wrong. Those of a map that has another factor are to be corrected, in all its
   // pieces (docs/adr/0060-a-wrong-scale-of-vision.md).
   double length_factor = 1;
+  static constexpr double kLeastLengthFactor = 1e-3, kMostLengthFactor = 1e3;  // mm for m, m for mm
   std::optional<DrIncrement> dr;  // body motion from `previous` to this one, where DR covers it
   double q = 0;                   // quality of the frame it was made from
   int32_t num_tracked = 0;

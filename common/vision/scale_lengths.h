@@ -1,11 +1,23 @@
 // Lengths that a camera tells, corrected by a factor.
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "common/contract/map.h"
+#include "common/core/se3.h"
 
 namespace gw {
+
+inline Eigen::Vector3d ScaleAround(const Eigen::Vector3d& center, double factor,
+                                   const Eigen::Vector3d& p) {
+  return center + factor * (p - center);
+}
+
+// Of a pose, its way.
+inline SE3 ScaleLength(double factor, const SE3& T) {
+  return SE3(T.rotation(), factor * T.translation());
+}
 
 // As if the baseline, or the unit of depth, had been `factor` (> 0) times as large.
 inline void ScaleLengths(double factor, std::vector<Feature>* features) {

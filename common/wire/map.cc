@@ -14,7 +14,6 @@ namespace {
 constexpr int32_t kMaxCount = std::numeric_limits<int32_t>::max();
 constexpr double kMaxReal = std::numeric_limits<double>::max();
 constexpr int kMaxLevel = 31;
-constexpr double kLeastLengthFactor = 1e-3;  // a millimetre for a metre
 
 // Least bytes of one element of each list, from the fields in the .lcm files.
 constexpr size_t kFeatureBytes = 61, kKeyframeUpdateBytes = 72, kKeyframeRemovalBytes = 72,
@@ -37,7 +36,7 @@ void PieceField(A& a, const char* field, typename A::template Of<KeyframeId>& pi
 template <typename A>
 void LengthFactor(A& a, typename A::template Of<double>& factor) {
   if (!a.Has(TypeAge::kBeforeLengths)) return;
-  a.Real("length_factor", factor, kLeastLengthFactor, 1 / kLeastLengthFactor);
+  a.Real("length_factor", factor, Keyframe::kLeastLengthFactor, Keyframe::kMostLengthFactor);
 }
 
 template <typename A>

@@ -32,7 +32,8 @@ KeyframeFault CheckKeyframe(const Keyframe& keyframe) {
   if (!keyframe.T_WC.IsFinite() || !IsInReach(keyframe.T_WC.translation())) {
     return KeyframeFault::kPose;
   }
-  if (!(keyframe.length_factor >= 1e-3 && keyframe.length_factor <= 1e3)) {
+  if (!(keyframe.length_factor >= Keyframe::kLeastLengthFactor &&
+        keyframe.length_factor <= Keyframe::kMostLengthFactor)) {
     return KeyframeFault::kScale;
   }
   if (!keyframe.cov_T_WC.allFinite() || !(keyframe.q >= 0 && keyframe.q <= 1)) {

@@ -234,7 +234,7 @@ void Map::SetLengthFactor(double factor) {
     centers[piece] = keyframes_.at(first).frame.T_WC.translation();
   }
   const auto scaled = [&](KeyframeId piece, const Eigen::Vector3d& p) -> Eigen::Vector3d {
-    return centers.at(piece) + by * (p - centers.at(piece));
+    return ScaleAround(centers.at(piece), by, p);
   };
   for (auto& [id, keyframe] : keyframes_) {
     const SE3& T_WC = keyframe.frame.T_WC;
@@ -250,7 +250,7 @@ void Map::SetLengthFactor(double factor) {
     landmark.p_W = scaled(PieceOf(landmark.observations.front().keyframe), landmark.p_W);
   }
   for (auto& [id, removal] : removals_) {
-    removal.T_ParentC = SE3(removal.T_ParentC.rotation(), by * removal.T_ParentC.translation());
+    removal.T_ParentC = ScaleLength(by, removal.T_ParentC);
   }
 }
 

@@ -1,10 +1,8 @@
 #include "frontend/core/features/eye_order.h"
 
 #include <cmath>
-#include <optional>
 
 #include "common/core/log_odds.h"
-#include "common/vision/descriptor_pairing.h"
 
 namespace gw::frontend {
 namespace {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/vision/scale_lengths.h"
+
 namespace gw::frontend {
 
 LocalMap::LocalMap(const RectifiedCamera& camera, const Pyramid& pyramid)
@@ -46,16 +48,16 @@ std::optional<Eigen::Vector3d> LocalMap::ScaleLengths(double by) {
   });
   if (first == keyframes_.end()) return std::nullopt;
   const Eigen::Vector3d center = first->second.T_WC.translation();
-  const auto scaled = [&](const Eigen::Vector3d& p) { return center + by * (p - center); };
   ++visit_;
   for (auto& [id, keyframe] : keyframes_) {
     if (keyframe.piece != piece_) continue;
-    keyframe.T_WC = SE3(keyframe.T_WC.rotation(), scaled(keyframe.T_WC.translation()));
+    keyframe.T_WC =
+        SE3(keyframe.T_WC.rotation(), ScaleAround(center, by, keyframe.T_WC.translation()));
     for (const Seen& seen : keyframe.landmarks) {
       MapPoint* const point = Find(seen);
       if (point == nullptr || point->visit == visit_) continue;
       point->visit = visit_;
-      point->p_W = scaled(point->p_W);
+      point->p_W = ScaleAround(center, by, point->p_W);
       point->min_distance *= static_cast<float>(by);
       point->max_distance *= static_cast<float>(by);
     }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/core/median.h"
+#include "common/vision/scale_lengths.h"
 #include "frontend/core/tracking/keyframe_policy.h"
 
 namespace gw::frontend {
@@ -93,7 +94,7 @@ KeyframeId KeyframeChain::Void(Utime since) {
 
 void KeyframeChain::ScaleLengths(double by) {
   scaled_ = true;
-  T_CkeyC_ = SE3(T_CkeyC_.rotation(), by * T_CkeyC_.translation());
+  T_CkeyC_ = ScaleLength(by, T_CkeyC_);
 }
 
 void KeyframeChain::Skip(KeyframeId newest) {

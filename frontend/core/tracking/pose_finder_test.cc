@@ -5,23 +5,12 @@
 #include <cmath>
 
 #include "common/core/random.h"
+#include "frontend/core/features/test_camera.h"
 
 namespace gw::frontend {
 namespace {
 
 constexpr int kLandmarks = 30;
-
-RectifiedCamera Camera() {
-  RectifiedCamera camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 400;
-  camera.cx = 320;
-  camera.cy = 240;
-  camera.baseline_m = 0.05;
-  camera.depth_max_m = 6;
-  return camera;
-}
 
 // A keyframe at the origin that sees landmarks spread over the image, 2 to 3 m ahead.
 Keyframe View(const RectifiedCamera& camera) {
@@ -47,7 +36,7 @@ Keyframe View(const RectifiedCamera& camera) {
 // The image from the same place, in which only so many landmarks are where they should be; the
 // others look the same but lie some pixels off, each another way.
 FoundPose FindWith(int fitting, bool has_prior) {
-  const RectifiedCamera camera = Camera();
+  const RectifiedCamera camera = TestCamera(6);
   const Keyframe view = View(camera);
   const FrontendConfig config;
   const Pyramid pyramid(config.orb.scale_factor, config.orb.num_levels);

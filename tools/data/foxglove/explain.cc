@@ -80,30 +80,6 @@ std::string ShareText(const FramePose& pose, const std::optional<FrameDetail>& d
 
 }  // namespace
 
-std::string StatusName(TrackingStatus status) {
-  static constexpr const char* kNames[] = {"invalid", "initializing", "tracking", "degraded",
-                                           "dr_only", "recovering",   "lost"};
-  return kNames[std::clamp(static_cast<int>(status), 0, 6)];
-}
-
-std::string ReasonName(TrackingReason reason) {
-  static constexpr const char* kNames[] = {"none",
-                                           "too_few_features",
-                                           "too_few_matches",
-                                           "too_few_inliers",
-                                           "pose_jump",
-                                           "bad_image",
-                                           "no_map",
-                                           "time_reversed",
-                                           "place_unknown",
-                                           "dr_contradicts_vision",
-                                           "fixed_in_image",
-                                           "eyes_apart",
-                                           "one_eye_twice",
-                                           "eyes_exchanged"};
-  return kNames[std::clamp(static_cast<int>(reason), 0, 13)];
-}
-
 std::string BoundName(AlphaBound bound) {
   static constexpr const char* kNames[] = {"unused",    "none",       "alpha_min",
                                            "alpha_max", "covariance", "distrusted"};

@@ -6,14 +6,11 @@
 
 #include "common/contract/frame_detail.h"
 #include "common/contract/tracking.h"
+#include "common/contract/tracking_names.h"
 #include "tools/data/foxglove/json_parts.h"
 
 namespace gw::foxglove {
 
-// "tracking", "dr_only", ... as in frames.csv of docs/programs.md.
-std::string StatusName(TrackingStatus status);
-// "none", "too_few_features", ...
-std::string ReasonName(TrackingReason reason);
 // "none", "alpha_min", ...
 std::string BoundName(AlphaBound bound);
 

@@ -168,7 +168,7 @@ void Translator::Take(const FramePose& pose) {
   if (!last_frame_ || last_frame_->status != pose.status) {
     const bool good = pose.status == TrackingStatus::kTracking;
     Log(good ? kInfo : kWarning, "gw-frontend",
-        StatusName(pose.status) + ": " + Explain(pose, detail_, in_piece), pose.utime);
+        std::string(StatusName(pose.status)) + ": " + Explain(pose, detail_, in_piece), pose.utime);
   }
   constexpr double kJump = 0.3;  // m; more than a robot drives between two images, at 9 m/s
   if (last_frame_ && (pose.T_WB.translation() - last_frame_->T_WB.translation()).norm() > kJump) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/contract/tracking_names.h"
 #include "tools/data/files/json.h"
 #include "tools/data/files/text_file.h"
 #include "tools/lab/slam/slam_output.h"
@@ -74,7 +75,7 @@ class CsvReader {
 std::optional<TrackingStatus> StatusFromName(std::string_view name) {
   for (int i = 0; i <= static_cast<int>(TrackingStatus::kLost); ++i) {
     const auto status = static_cast<TrackingStatus>(i);
-    if (name == tools::StatusName(status)) return status;
+    if (name == StatusName(status)) return status;
   }
   return std::nullopt;
 }

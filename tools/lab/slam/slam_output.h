@@ -35,8 +35,4 @@ std::string TimingTable(const SlamSession& session);
 // Where the time of the log goes back or jumps ahead, as a list for report.json.
 Json TimeStepsJson(const std::vector<TimeStep>& steps);
 
-// "tracking", "dr_only", ...: as in frames.csv and report.json.
-const char* StatusName(TrackingStatus status);
-const char* ReasonName(TrackingReason reason);
-
 }  // namespace gw::tools

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/vision/scale_lengths.h"
 #include "common/wire/channels.h"
 
 namespace gw::tools {
@@ -126,9 +127,7 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
 void SlamSession::FollowLengths(double length_factor) {
   const double by = length_factor / std::exchange(length_factor_, length_factor);
   if (by == 1) return;
-  for (FramePose& frame : frames_) {
-    frame.T_KC = SE3(frame.T_KC.rotation(), by * frame.T_KC.translation());
-  }
+  for (FramePose& frame : frames_) frame.T_KC = ScaleLength(by, frame.T_KC);
 }
 
 void SlamSession::Deliver(const std::vector<MapUpdate>& updates) {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "common/contract/tracking_names.h"
 #include "common/wire/channels.h"
 #include "frontend/core/tracking/health_cause.h"
 #include "tools/data/fault/fault_injector.h"
@@ -87,7 +88,7 @@ void NoteReasons(const std::vector<FramePose>& frames, double rate_hz, Findings*
   std::map<std::string, int64_t> degraded;  // images
   for (const FramePose& f : frames) {
     if (f.reason == TrackingReason::kNone) continue;
-    const std::string name = tools::ReasonName(f.reason);
+    const std::string name = ReasonName(f.reason);
     Finding& finding = Note(name, f.utime, AccusedBy(f.reason), findings);
     degraded[name] += !frontend::HealthCause(f, {}, {}).empty();
     finding.in_health = static_cast<double>(degraded[name]) >= rate_hz;

@@ -9,6 +9,7 @@
 
 #include "common/camera/camera_model.h"
 #include "common/config/loader.h"
+#include "common/contract/tracking_names.h"
 #include "common/core/exit_code.h"
 #include "common/core/format.h"
 #include "common/core/version.h"
@@ -39,7 +40,7 @@ std::string ProgressLine(const tools::Monitor& monitor, ErrorNow* error) {
   const FramePose& pose = monitor.frames().back().pose;
   const Utime begin = monitor.frames().front().pose.utime;
   std::string line = FormatFixed((pose.utime - begin).seconds(), 0) + " s  " +
-                     tools::StatusName(pose.status) + "  Q " + FormatFixed(pose.q, 2) + "  alpha " +
+                     StatusName(pose.status) + "  Q " + FormatFixed(pose.q, 2) + "  alpha " +
                      FormatDouble(std::stod(FormatFixed(pose.alpha, 2)));
   if (const auto metres = error->Of(monitor)) line += "  error " + FormatFixed(*metres, 3) + " m";
   const std::string stop = NewestStop(monitor);

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "common/contract/tracking_names.h"
 #include "common/core/format.h"
 #include "common/core/version.h"
 #include "frontend/core/features/orb_extractor.h"
@@ -139,8 +140,7 @@ Result<std::string> Picture(const ImageSamples::Sample& sample, const RunAnalysi
                                       [](const FramePoint& f, double when) { return f.t < when; });
   std::string caption = FormatFixed(t, 1) + " s: " + std::to_string(keypoints.size()) + " features";
   if (frame != run.frames.end() && std::abs(frame->t - t) < 1e-3) {
-    caption +=
-        std::string(", ") + tools::StatusName(frame->status) + ", Q " + FormatFixed(frame->q, 2);
+    caption += std::string(", ") + StatusName(frame->status) + ", Q " + FormatFixed(frame->q, 2);
   }
   return "<figure><img alt=\"camera image\" src=\"data:image/jpeg;base64," + Base64(jpeg) +
          "\"><figcaption>" + caption + "</figcaption></figure>\n";

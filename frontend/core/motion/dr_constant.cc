@@ -3,21 +3,20 @@
 #include <cmath>
 
 namespace gw::frontend {
-namespace {
 
-// What a few windows of a second leave open of a factor; DrCalibration measures it on.
-constexpr double kFactorSigma = 0.03;
-
-}  // namespace
-
-void DrConstant::Compose(const DrConstantFault& fault) {
-  way_factor_ *= fault.way_factor.value_or(1);
-  direction_ = std::remainder(direction_ + fault.direction.value_or(0), 2 * M_PI);
-  turn_factor_ *= fault.turn_factor.value_or(1);
+void DrConstant::Take(const DrExplanation& explained) {
+  const auto way = explained.way.value_or(std::polar(way_factor_, direction_));
+  const DrConstantFault fault =
+      FaultOf(std::abs(way), std::arg(way), explained.turn.value_or(turn_factor_));
+  way_factor_ = fault.way_factor.value_or(1);
+  direction_ = fault.direction.value_or(0);
+  turn_factor_ = fault.turn_factor.value_or(1);
 }
 
-DrConstantFault DrConstant::fault() const {
-  return FaultOf(way_factor_, direction_, turn_factor_);
+DrConstantFault DrConstant::Beside(const DrConstant& other) const {
+  return FaultOf(way_factor_ / other.way_factor_,
+                 std::remainder(direction_ - other.direction_, 2 * M_PI),
+                 turn_factor_ / other.turn_factor_);
 }
 
 DrState DrConstant::Follow(const DrState& before, const DrState& told_before,
@@ -33,8 +32,9 @@ DrState DrConstant::Follow(const DrState& before, const DrState& told_before,
   out.T_OB = before.T_OB * SE3(ExpSO3(turn), A.topLeftCorner<3, 3>() * step.translation());
   out.v_OB_B = A.topLeftCorner<3, 3>() * told.v_OB_B;
   out.w_OB_B.z() *= turn_factor_;
-  out.way_scale_sigma = std::hypot(told.way_scale_sigma, kFactorSigma);
-  if (turn_factor_ != 1) out.turn_scale_sigma = std::hypot(told.turn_scale_sigma, kFactorSigma);
+  out.way_scale_sigma = std::hypot(told.way_scale_sigma, DrDisagreement::kFactorSigma);
+  if (turn_factor_ != 1)
+    out.turn_scale_sigma = std::hypot(told.turn_scale_sigma, DrDisagreement::kFactorSigma);
   for (Matrix6d* cov : {&out.cov_T_OB, &out.cov_twist_white, &out.cov_twist_coherent}) {
     *cov = (A * *cov * A.transpose()).eval();
   }

@@ -14,14 +14,16 @@ namespace gw::frontend {
 
 class DrConstant {
  public:
-  // What is told, taken without this constant, is off by `fault` besides.
-  void Compose(const DrConstantFault& fault);
+  // Takes over what is explained; where it is as it should be, the constant is none.
+  void Take(const DrExplanation& explained);
 
   // The factor of the way has proven to be one of vision.
   void ForgetWayFactor() { way_factor_ = 1; }
 
   // All that is not as it should be; empty: DR is taken as told.
-  DrConstantFault fault() const;
+  DrConstantFault fault() const { return Beside(DrConstant()); }
+  // ... and is not so in the other.
+  DrConstantFault Beside(const DrConstant& other) const;
 
   // The state that follows `before`, where DR told that `told` follows `told_before`.
   DrState Follow(const DrState& before, const DrState& told_before, const DrState& told) const;

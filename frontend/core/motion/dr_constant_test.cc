@@ -34,11 +34,7 @@ TEST(DrConstant, TakenOutLeavesTheTrueMotion) {
        {Fault{2, 0, 1}, Fault{0.5, 0, 1}, Fault{1, M_PI, 1}, Fault{1, M_PI / 2, 1},
         Fault{1000, 0, 1}, Fault{1, 0, -1}, Fault{2, -0.3, 0.5}}) {
     DrConstant constant;
-    DrConstantFault fault;
-    fault.way_factor = 1 / way;
-    fault.direction = -direction;
-    fault.turn_factor = 1 / turn;
-    constant.Compose(fault);
+    constant.Take({std::polar(1 / way, -direction), 1 / turn});
     Drive drive;
     for (int i = 0; i < 400; ++i) drive.Go(constant, way, direction, turn);
     const SE3 apart = drive.truth.T_OB.inverse() * drive.corrected.T_OB;
@@ -49,25 +45,21 @@ TEST(DrConstant, TakenOutLeavesTheTrueMotion) {
   }
 }
 
-TEST(DrConstant, SaysWhatIsWrongInAll) {
+TEST(DrConstant, TakesOverWhatIsExplained) {
   DrConstant constant;
   EXPECT_TRUE(constant.fault().empty());
-  DrConstantFault first;
-  first.way_factor = 2;
-  first.direction = 3;
-  constant.Compose(first);
-  DrConstantFault second;
-  second.way_factor = 1.1;
-  second.direction = 0.5;
-  constant.Compose(second);
-  EXPECT_NEAR(*constant.fault().way_factor, 2.2, 1e-12);
-  EXPECT_NEAR(*constant.fault().direction, 3.5 - 2 * M_PI, 1e-12);
-  // What was wrong may be mended while the robot drives.
-  DrConstantFault mended;
-  mended.way_factor = 1 / 2.2;
-  mended.direction = 2 * M_PI - 3.5;
-  constant.Compose(mended);
-  EXPECT_TRUE(constant.fault().empty());
+  constant.Take({std::polar(2.0, 3.0), -1});
+  EXPECT_NEAR(*constant.fault().way_factor, 2, 1e-12);
+  EXPECT_NEAR(*constant.fault().direction, 3, 1e-12);
+  EXPECT_NEAR(*constant.fault().turn_factor, -1, 1e-12);
+  // What is not explained stays; what is as it should be is no constant.
+  const DrConstant before = constant;
+  constant.Take({std::polar(1.01, 0.0), std::nullopt});
+  EXPECT_FALSE(constant.fault().way_factor);
+  EXPECT_FALSE(constant.fault().direction);
+  EXPECT_NEAR(*constant.fault().turn_factor, -1, 1e-12);
+  EXPECT_FALSE(constant.Beside(before).turn_factor);
+  EXPECT_NEAR(*constant.Beside(before).way_factor, 0.5, 1e-12);
 }
 
 }  // namespace

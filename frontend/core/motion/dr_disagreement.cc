@@ -7,9 +7,7 @@
 namespace gw::frontend {
 namespace {
 
-constexpr double kMemory = 20;  // windows
-// A constant explains the motions when it leaves this share of their squares.
-constexpr double kUnexplained = 0.1;
+constexpr size_t kMemory = 20;  // windows
 // Sums of squares from which there is something to explain: 1 m in steps of 0.3 m, 1 rad likewise.
 constexpr double kLeastWay2 = 0.3;
 constexpr double kLeastTurn2 = 0.3;
@@ -19,19 +17,58 @@ constexpr double kRightDirection = 0.05;  // rad
 
 }  // namespace
 
-void DrDisagreement::Add(const SE3& T_dr, const SE3& T_vision) {
-  const Eigen::Vector2d dr = T_dr.translation().head<2>();
-  const Eigen::Vector2d vision = T_vision.translation().head<2>();
-  const double dr_turn = LogSO3(T_dr.rotation()).z();
-  const double vision_turn = LogSO3(T_vision.rotation()).z();
-  const double kept = 1 - 1 / kMemory;
-  const double across = dr.x() * vision.y() - dr.y() * vision.x();
-  cross_way_ = kept * cross_way_ + Eigen::Vector2d(dr.dot(vision), across);
-  dr_way2_ = kept * dr_way2_ + dr.squaredNorm();
-  vision_way2_ = kept * vision_way2_ + vision.squaredNorm();
-  cross_turn_ = kept * cross_turn_ + vision_turn * dr_turn;
-  dr_turn2_ = kept * dr_turn2_ + dr_turn * dr_turn;
-  vision_turn2_ = kept * vision_turn2_ + vision_turn * vision_turn;
+void DrDisagreement::Add(const DrEvidence& evidence) {
+  // Of the twist: the small steps of a curve, not its chord, are turned by a constant.
+  const Vector6d dr = evidence.T_dr.Log(), vision = evidence.T_vision.Log();
+  const auto way = [](const Vector6d& twist) { return std::complex(twist(0), twist(1)); };
+  const auto of_way = [](const Matrix6d& cov) { return (cov(0, 0) + cov(1, 1)) / 2; };
+  ways_.push_back({way(dr), way(vision), of_way(evidence.cov_dr), of_way(evidence.cov_vision)});
+  turns_.push_back({dr(5), vision(5), evidence.cov_dr(5, 5), evidence.cov_vision(5, 5)});
+  for (Pairs* pairs : {&ways_, &turns_}) {
+    if (pairs->size() > kMemory) pairs->pop_front();
+  }
+}
+
+// Vision's motion over that of DR by least squares; empty where vision's squares are below `least`
+// in sum, or a window contradicts the factor of the others.
+std::optional<std::complex<double>> DrDisagreement::Factor(const Pairs& windows, double least) {
+  struct Estimate {
+    std::complex<double> factor = 0;
+    double variance = 0;  // of one part
+  };
+  const auto variance_of = [](const Pair& w, const std::complex<double>& factor) {
+    return w.var_vision + std::norm(factor) * w.var_dr +
+           kFactorSigma * kFactorSigma * std::norm(w.vision);
+  };
+  const auto estimate = [&](const Pair* but) {
+    std::complex<double> cross = 0;
+    double squares = 0;
+    for (const Pair& w : windows) {
+      if (&w == but) continue;
+      cross += std::conj(w.dr) * w.vision;
+      squares += std::norm(w.dr);
+    }
+    Estimate out;
+    if (squares <= 0) return out;
+    out.factor = cross / squares;
+    for (const Pair& w : windows) {
+      if (&w == but) continue;
+      out.variance += std::norm(w.dr) / (squares * squares) * variance_of(w, out.factor);
+    }
+    return out;
+  };
+  double moved = 0;
+  for (const Pair& w : windows) {
+    const Estimate others = estimate(&w);
+    const double left = std::norm(w.vision - others.factor * w.dr);
+    const double variance = variance_of(w, others.factor) + std::norm(w.dr) * others.variance;
+    if (left > DrTrust::kContradictionSigmas * DrTrust::kContradictionSigmas * variance) {
+      return std::nullopt;
+    }
+    moved += std::norm(w.vision);
+  }
+  if (moved <= least) return std::nullopt;
+  return estimate(nullptr).factor;
 }
 
 DrConstantFault FaultOf(double way_factor, double direction, double turn_factor) {
@@ -42,20 +79,11 @@ DrConstantFault FaultOf(double way_factor, double direction, double turn_factor)
   return out;
 }
 
-DrConstantFault DrDisagreement::Explain() const {
-  double way_factor = 1, direction = 0, turn_factor = 1;
-  if (vision_way2_ > kLeastWay2 && dr_way2_ > 0) {
-    const double left = vision_way2_ - cross_way_.squaredNorm() / dr_way2_;
-    if (left < kUnexplained * vision_way2_) {
-      way_factor = cross_way_.norm() / dr_way2_;
-      direction = std::atan2(cross_way_.y(), cross_way_.x());
-    }
-  }
-  if (vision_turn2_ > kLeastTurn2 && dr_turn2_ > 0) {
-    const double left = vision_turn2_ - cross_turn_ * cross_turn_ / dr_turn2_;
-    if (left < kUnexplained * vision_turn2_) turn_factor = cross_turn_ / dr_turn2_;
-  }
-  return FaultOf(way_factor, direction, turn_factor);
+DrExplanation DrDisagreement::Explain() const {
+  DrExplanation out;
+  out.way = Factor(ways_, kLeastWay2);
+  if (const auto turn = Factor(turns_, kLeastTurn2)) out.turn = turn->real();
+  return out;
 }
 
 std::string Describe(const DrConstantFault& fault) {

@@ -1,16 +1,21 @@
 // What is wrong with dead reckoning (DR) that contradicts healthy vision? Most faults of a set-up
 // are one constant: wheels in another frame, reversed, a wrong unit or radius, a camera turned on
 // its base. The ways and turns of the compared windows tell it by least squares, on the floor (x,
-// y, yaw of B):
+// y, yaw of B; ways in small steps, as a constant twist has them):
 //
 //   vision's way = s R(phi) way of DR        vision's turn = k turn of DR
+//
+// A factor and a direction explain any one way: each window is judged by the constant that the
+// other windows tell (cross-validation), and a constant explains them when none of them contradicts
+// it (DrTrust).
 #pragma once
 
-#include <Eigen/Core>
+#include <complex>
+#include <deque>
 #include <optional>
 #include <string>
 
-#include "common/core/se3.h"
+#include "frontend/core/motion/dr_trust.h"
 
 namespace gw::frontend {
 
@@ -27,19 +32,34 @@ struct DrConstantFault {
 // The parts of a constant that are not as they should be.
 DrConstantFault FaultOf(double way_factor, double direction, double turn_factor);
 
+// Vision's way over that of DR, x + iy of the body, and vision's turn over that of DR; empty where
+// no constant explains what moved, or too little did.
+struct DrExplanation {
+  std::optional<std::complex<double>> way;
+  std::optional<double> turn;
+};
+
 class DrDisagreement {
  public:
-  // One window, motions of the body.
-  void Add(const SE3& T_dr, const SE3& T_vision);
+  // A sigma of the factors of few windows; DrCalibration measures them on.
+  static constexpr double kFactorSigma = 0.03;
 
-  // From the newest twenty windows or so. Only what is not as it should be is set.
-  DrConstantFault Explain() const;
+  // One window, with DR as it is told.
+  void Add(const DrEvidence& evidence);
+
+  // From the newest twenty windows.
+  DrExplanation Explain() const;
 
  private:
-  // Sums over ways: of DR's times vision's, along it and across, and the squares.
-  Eigen::Vector2d cross_way_ = Eigen::Vector2d::Zero();
-  double dr_way2_ = 0, vision_way2_ = 0;
-  double cross_turn_ = 0, dr_turn2_ = 0, vision_turn2_ = 0;
+  // On the floor: a way is x + iy of the body, a turn a real number. Variances are of one part.
+  struct Pair {
+    std::complex<double> dr, vision;
+    double var_dr, var_vision;
+  };
+  using Pairs = std::deque<Pair>;
+  static std::optional<std::complex<double>> Factor(const Pairs& windows, double least);
+
+  Pairs ways_, turns_;
 };
 
 // In words for HEALTH and reports, with what to set; empty when the fault is.

@@ -33,19 +33,19 @@ SE3 MotionModel::FirstPose(Utime utime) const {
 
 bool MotionModel::Push(const DrState& told) {
   // Dead reckoning that began anew goes on from where it says.
-  const bool goes_on = !dr_.empty() && told.reset_counter == told_.reset_counter;
+  const bool goes_on = !dr_.empty() && told.reset_counter == told_.newest().reset_counter;
   const bool pushed = apart_ && goes_on
-                          ? dr_.Push(learnt_.constant.Follow(dr_.newest(), told_, told))
+                          ? dr_.Push(learnt_.constant.Follow(dr_.newest(), told_.newest(), told))
                           : dr_.Push(told);
   if (!pushed) return false;
-  told_ = told;
+  told_.Push(told);
   scale_witness_.Observe(told);
   return true;
 }
 
 DrConstantFault MotionModel::dr_fault() const {
   DrConstant constant = learnt_.constant;
-  if (!dr_trusted()) constant.Compose(learnt_.disagreement.Explain());
+  if (!dr_trusted()) constant.Take(learnt_.disagreement.Explain());
   if (vision_factor()) constant.ForgetWayFactor();
   return constant.fault();
 }
@@ -63,6 +63,7 @@ void MotionModel::VisionCorrected(double factor) {
   DrConstant constant = learnt_.constant;
   constant.ForgetWayFactor();
   LearnAnew(constant);
+  learnt_.disagreement = DrDisagreement();
   learnt_before_.clear();
   velocity_.head<3>() /= factor;
 }
@@ -198,12 +199,14 @@ void MotionModel::CompareWithVision(const Seen& seen) {
       std::exchange(window_, Window{seen.b, seen.T_WC_vision, seen.cov_vision, speed});
   const auto dr = window ? DrBetween(window->begin, seen.b) : std::nullopt;
   if (!dr || dr->told.slip) return;
+  const DurationUs length = seen.b - window->begin;
+  const auto claimed = [&](const DrNoise& noise) -> Matrix6d {
+    const Matrix6d cov = noise.Covariance();
+    return cov.isZero(0) ? NominalCovariance(length, dr_weight_) : cov;
+  };
   DrEvidence evidence;
   evidence.T_dr = dr->T_BaBb;
-  evidence.cov_dr = dr->noise.Covariance();
-  if (evidence.cov_dr.isZero(0)) {
-    evidence.cov_dr = NominalCovariance(seen.b - window->begin, dr_weight_);
-  }
+  evidence.cov_dr = claimed(dr->noise);
   const SE3 T_ab = window->T_WC.inverse() * seen.T_WC_vision;
   evidence.T_vision = T_BC_ * T_ab * T_BC_.inverse();
   const Matrix6d from_begin = T_ab.inverse().Adjoint();
@@ -215,7 +218,11 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   }
   learnt_.until = seen.b;
   learnt_.trust.Judge(evidence);
-  learnt_.disagreement.Add(evidence.T_dr, evidence.T_vision);
+  DrNoise noise_told;
+  if (const auto told = told_.Increment(window->begin, seen.b, kMaxExtrapolation, &noise_told)) {
+    learnt_.disagreement.Add(
+        {told->T_BaBb, claimed(noise_told), evidence.T_vision, evidence.cov_vision});
+  }
   const double taken_out = learnt_.constant.fault().way_factor.value_or(1);
   learnt_.lengths.Add(dr->told.T_BaBb.translation().head<2>() / taken_out,
                       evidence.T_vision.translation().head<2>(), speed - window->speed);
@@ -224,17 +231,17 @@ void MotionModel::CompareWithVision(const Seen& seen) {
 
 // Dead reckoning without the constant by which it is wrong is one of which nothing is known yet.
 void MotionModel::TakeOutConstant() {
-  const DrConstantFault fault = learnt_.disagreement.Explain();
-  if (fault.empty()) return;
   DrConstant constant = learnt_.constant;
-  constant.Compose(fault);
+  constant.Take(learnt_.disagreement.Explain());
+  if (constant.Beside(learnt_.constant).empty()) return;
   apart_ = true;
   LearnAnew(constant);
 }
 
 void MotionModel::LearnAnew(const DrConstant& constant) {
-  learnt_ = {learnt_.until,    DrCalibration(), DrTrust(),
-             DrDisagreement(), constant,        learnt_.lengths};
+  learnt_.calibration = DrCalibration();
+  learnt_.trust = DrTrust();
+  learnt_.constant = constant;
   window_.reset();
 }
 

@@ -111,9 +111,9 @@ class MotionModel {
   SE3 T_BC_;
   Variant variant_;
   DrWeightConfig dr_weight_;
-  DrState told_;  // the newest one, as told
+  DrHistory told_{DrTrust::kWindow + DrTrust::kWindow};  // DR as it is told
   ScaleWitness scale_witness_;
-  DrHistory dr_;        // without the constant by which DR is wrong
+  DrHistory dr_;        // without the constant by which it is wrong
   bool apart_ = false;  // a constant was taken out: dr_ goes on from where that has led
   bool calibrate_dr_;
   Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s

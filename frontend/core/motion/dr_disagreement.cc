@@ -30,7 +30,8 @@ void DrDisagreement::Add(const DrEvidence& evidence) {
 }
 
 // Vision's motion over that of DR by least squares; empty where vision's squares are below `least`
-// in sum, or a window contradicts the factor of the others.
+// in sum, or the squares that the factor of the others leaves of each window are more than
+// expected.
 std::optional<std::complex<double>> DrDisagreement::Factor(const Pairs& windows, double least) {
   struct Estimate {
     std::complex<double> factor = 0;
@@ -57,17 +58,14 @@ std::optional<std::complex<double>> DrDisagreement::Factor(const Pairs& windows,
     }
     return out;
   };
-  double moved = 0;
+  double moved = 0, left = 0, expected = 0;
   for (const Pair& w : windows) {
     const Estimate others = estimate(&w);
-    const double left = std::norm(w.vision - others.factor * w.dr);
-    const double variance = variance_of(w, others.factor) + std::norm(w.dr) * others.variance;
-    if (left > DrTrust::kContradictionSigmas * DrTrust::kContradictionSigmas * variance) {
-      return std::nullopt;
-    }
     moved += std::norm(w.vision);
+    left += std::norm(w.vision - others.factor * w.dr);
+    expected += 2 * (variance_of(w, others.factor) + std::norm(w.dr) * others.variance);
   }
-  if (moved <= least) return std::nullopt;
+  if (moved <= least || left > expected) return std::nullopt;
   return estimate(nullptr).factor;
 }
 

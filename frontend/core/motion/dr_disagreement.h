@@ -6,8 +6,8 @@
 //   vision's way = s R(phi) way of DR        vision's turn = k turn of DR
 //
 // A factor and a direction explain any one way: each window is judged by the constant that the
-// other windows tell (cross-validation), and a constant explains them when none of them contradicts
-// it (DrTrust).
+// other windows tell (cross-validation), and a constant explains them when it leaves no more than
+// their noise.
 #pragma once
 
 #include <complex>

@@ -7,6 +7,10 @@
 namespace gw::frontend {
 namespace {
 
+// Windows that contradict are many standard deviations off in one of the axes: faults of the kind
+// looked for (a wrong unit, frame or factor) are off by tens of them, honest noise is off by this
+// in one window of a million, and not in several in a row.
+constexpr double kContradictionSigmas = 5;
 // A slip that the DR filter has not noticed lasts a second or so. DR that has never agreed yet has
 // no such credit.
 constexpr int kContradicting = 3;  // windows

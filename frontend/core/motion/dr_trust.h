@@ -32,10 +32,6 @@ struct DrEvidence {
 class DrTrust {
  public:
   static constexpr DurationUs kWindow = Milliseconds(1000);
-  // Windows that contradict are many standard deviations off in one of the axes: faults of the kind
-  // looked for (a wrong unit, frame or factor) are off by tens of them, honest noise is off by this
-  // in one window of a million, and not in several in a row.
-  static constexpr double kContradictionSigmas = 5;
 
   void Judge(const DrEvidence& evidence);
 

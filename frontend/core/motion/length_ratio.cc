@@ -15,27 +15,35 @@ constexpr double kShare = 0.05;
 
 }  // namespace
 
-void LengthRatio::Add(const Eigen::Vector2d& by_dr, const Eigen::Vector2d& by_vision,
-                      double gained_m_s) {
-  if (kLate * std::abs(gained_m_s) > kShare * by_dr.norm()) return;
-  const double across = by_dr.x() * by_vision.y() - by_dr.y() * by_vision.x();
-  product_ += Eigen::Vector2d(by_dr.dot(by_vision), across);
-  square_ += by_dr.squaredNorm();
+void LengthRatio::Add(const Window& window) {
+  const Eigen::Vector2d &dr = window.by_dr, &vision = window.by_vision;
+  if (kLate * std::abs(window.gained_m_s) > kShare * dr.norm()) return;
+  product_ += Eigen::Vector2d(dr.dot(vision), dr.x() * vision.y() - dr.y() * vision.x());
+  square_ += dr.squaredNorm();
+  square_of_vision_ += vision.squaredNorm();
+  const double spread = DrDisagreement::kFactorSigma * vision.norm();
+  noise_ += 2 * (window.variance + spread * spread);
+}
+
+// One factor leaves no more than the noise.
+bool LengthRatio::AllTellIt() const {
+  return square_of_vision_ - product_.squaredNorm() / square_ <= noise_;
 }
 
 std::optional<double> LengthRatio::Fault() const {
-  if (square_ < kLeastSquare || product_.x() <= 0) return std::nullopt;
+  if (square_ < kLeastSquare || product_.x() <= 0 || !AllTellIt()) return std::nullopt;
   const DrConstantFault fault = FaultOf(value(), std::atan2(product_.y(), product_.x()), 1);
   return fault.direction ? std::nullopt : fault.way_factor;
 }
 
 void LengthRatio::Corrected(double factor) {
   product_ /= factor;
+  square_of_vision_ /= factor * factor;
   corrected_at_ = square_;
 }
 
 bool LengthRatio::IsBetterNow() const {
-  return corrected_at_ > 0 && square_ >= kWorthMore * corrected_at_;
+  return corrected_at_ > 0 && square_ >= kWorthMore * corrected_at_ && AllTellIt();
 }
 
 }  // namespace gw::frontend

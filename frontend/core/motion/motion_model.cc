@@ -224,8 +224,10 @@ void MotionModel::CompareWithVision(const Seen& seen) {
         {told->T_BaBb, claimed(noise_told), evidence.T_vision, evidence.cov_vision});
   }
   const double taken_out = learnt_.constant.fault().way_factor.value_or(1);
-  learnt_.lengths.Add(dr->told.T_BaBb.translation().head<2>() / taken_out,
-                      evidence.T_vision.translation().head<2>(), speed - window->speed);
+  const Matrix6d S = evidence.cov_dr + evidence.cov_vision;
+  learnt_.lengths.Add({dr->told.T_BaBb.translation().head<2>() / taken_out,
+                       evidence.T_vision.translation().head<2>(), (S(0, 0) + S(1, 1)) / 2,
+                       speed - window->speed});
   if (!dr_trusted()) TakeOutConstant();
 }
 

@@ -1,6 +1,7 @@
 #include "frontend/core/tracking/pose_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/good_weights/vision_noise.h"
@@ -8,6 +9,20 @@
 #include "frontend/core/place/recovery.h"
 
 namespace gw::frontend {
+namespace {
+
+// Among the features that only one of two poses explains, `a` has more than chance gives it, by
+// three standard deviations.
+bool ExplainsMore(const FoundPose& a, const FoundPose& b) {
+  double only_a = 0, only_b = 0;
+  for (size_t i = 0; i < std::min(a.landmarks.size(), b.landmarks.size()); ++i) {
+    if (a.landmarks[i].valid() && !b.landmarks[i].valid()) ++only_a;
+    if (b.landmarks[i].valid() && !a.landmarks[i].valid()) ++only_b;
+  }
+  return only_a - only_b > 3 * std::sqrt(only_a + only_b);
+}
+
+}  // namespace
 
 PoseSearch::PoseSearch(const FrontendConfig& config, const RectifiedCamera& camera,
                        const Parts& parts)
@@ -42,6 +57,15 @@ std::optional<FoundPose> PoseSearch::FindAlone(TrackedImage* image, const FoundP
   }
   Show(image->T_ab, image);
   return std::nullopt;
+}
+
+// True when the camera would have moved as hardly any does, after its motion until the image
+// before.
+bool PoseSearch::IsSudden(const TrackedImage& image, const FoundPose& found) const {
+  const Motion steady = motion_->Coast(track_->utime, image.utime);
+  const SE3 T_WC_steady = track_->T_WC * steady.T_ab;
+  const Vector6d change = (T_WC_steady.inverse() * found.estimate.T_WC).Log();
+  return (change.cwiseAbs2().array() > steady.weight_cov.diagonal().array()).any();
 }
 
 // Between dead reckoning that has been sound, the pose `found` around its prediction, which
@@ -102,9 +126,11 @@ FoundPose PoseSearch::Find(TrackedImage* image) {
     image->agreed = !witnesses_->Contradict(image->of_dr(), found);
     if (!image->agreed) return Decide(prediction, image, std::move(found));
     if (witnesses_->Stands(found)) witnesses_->Clear();
-    // What little is found around a wrong prediction agrees with it.
-    if (!witnesses_->Founded(found, track_->points)) {
-      if (auto alone = FindAlone(image, found)) {
+    // What is found around a wrong prediction agrees with it, be it little or a sudden motion.
+    const bool founded = witnesses_->Founded(found, track_->points);
+    if (!founded || IsSudden(*image, found)) {
+      const auto alone = FindAlone(image, found);
+      if (alone && (!founded || ExplainsMore(*alone, found))) {
         image->agreed = false;
         return *alone;
       }

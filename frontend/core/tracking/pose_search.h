@@ -62,6 +62,7 @@ class PoseSearch {
   PosePrediction Prediction(const TrackedImage& image) const;
   FoundPose Find(TrackedImage* image);
   std::optional<FoundPose> FindAlone(TrackedImage* image, const FoundPose& other);
+  bool IsSudden(const TrackedImage& image, const FoundPose& found) const;
   FoundPose Decide(const PosePrediction& prediction, TrackedImage* image, FoundPose found);
   FoundPose FindAnywhere(Utime utime);
   bool TakePlace(const PlaceWatch::Confirmed& confirmed, TrackedImage* image);

@@ -106,8 +106,29 @@ TEST(Tracker, WheelsThatTheAccelerometerContradictsAreTheOnesThatAreWrong) {
   EXPECT_NEAR(*run.dr_fault.way_factor, 0.5, 0.02);
 }
 
-// Wheels that are reset, once. Where things look alike, a few of them fit to the wrong prediction
-// and agree with it; the many that fit to vision's own motion decide.
+// A robot whose wheels count otherwise from image 150 on; until then its accelerometer has agreed.
+TEST(Tracker, WheelsThatChangeOnTheWayAreNoFaultOfTheCamera) {
+  for (const double factor : {2.0, 1.3, 0.5, -1.0}) {
+    SE3 T_OB;
+    SE3 before;
+    const auto tell = [&](int i, DrState* state) {
+      TellScale(i, state);
+      const SE3 step = before.inverse() * state->T_OB;
+      before = state->T_OB;
+      T_OB = T_OB * SE3(step.rotation(), (i < 150 ? 1 : factor) * step.translation());
+      state->T_OB = T_OB;
+    };
+    const Recording run = Drive(FrontendConfig(), 600, 0, 0, 1, 1, 0, nullptr, tell);
+    EXPECT_FALSE(run.length_fault.found()) << factor;
+    for (const Keyframe& keyframe : run.keyframes) EXPECT_EQ(keyframe.length_factor, 1) << factor;
+    EXPECT_LT(run.errors_m.back(), 0.1) << factor;
+    EXPECT_EQ(run.poses[300].status, TrackingStatus::kDegraded) << factor;
+  }
+}
+
+// Wheels that are reset, once. Where things look alike, a few
+// of them fit to the wrong prediction and agree with it; the many that fit to vision's own motion
+// decide.
 TEST(Tracker, AJumpOfDeadReckoningIsNotFollowedWhereThingsLookAlike) {
   constexpr int kImages = 200, kJump = 120;
   struct Jump {

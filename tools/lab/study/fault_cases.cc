@@ -41,13 +41,16 @@ Accused Guilty(const fault::FaultKind& kind) {
   return IsOfCamera(kind.target) ? Accused::kVision : Accused::kWheels;
 }
 
-FaultCase OfLog(const fault::FaultKind& kind, const RobotConfig& robot, DurationUs log_length) {
+FaultCase OfLog(const fault::FaultKind& kind, const RobotConfig& robot, DurationUs log_length,
+                DurationUs from) {
   fault::NamedFault fault = fault::WithUsualSpan(kind);
   if (kind.begin_s > 0 && !IsOfCamera(kind.target)) {
     const DurationUs length = fault.span.end - fault.span.begin;
     const bool to_the_end = fault.span.end == tools::Span().end;
     fault.span.begin = {log_length.us / 2};
     if (!to_the_end) fault.span.end = fault.span.begin + length;
+  } else {
+    fault.span.begin = std::max(fault.span.begin, from);
   }
   FaultCase out{std::string(kind.name), std::string(kind.text), {}, robot,
                 fault.span.begin,       Guilty(kind),           {}};
@@ -95,13 +98,13 @@ void AddOfConfiguration(FaultMatrix matrix, const RobotConfig& robot,
 }  // namespace
 
 std::vector<FaultCase> FaultCases(FaultMatrix matrix, const RobotConfig& robot,
-                                  DurationUs log_length) {
+                                  DurationUs log_length, DurationUs from) {
   std::vector<FaultCase> out;
   for (const fault::FaultKind& kind : fault::FaultKinds()) {
     const bool in_matrix = IsOfCamera(kind.target) == (matrix == FaultMatrix::kVision);
-    if (in_matrix && Concerns(kind, robot)) out.push_back(OfLog(kind, robot, log_length));
+    if (in_matrix && Concerns(kind, robot)) out.push_back(OfLog(kind, robot, log_length, from));
   }
-  AddOfConfiguration(matrix, robot, &out);
+  if (from == DurationUs()) AddOfConfiguration(matrix, robot, &out);
   return out;
 }
 

@@ -26,9 +26,11 @@ struct FaultCase {
 };
 
 // Those that make sense for the robot: faults of sensors that it has. Events that happen once, such
-// as a jump, are put into the middle of the log, where the way is long.
+// as a jump, are put into the middle of the log, where the way is long. from: the others begin
+// then, since the begin of the log; what is wrong in the configuration is so from the begin, or not
+// tried.
 std::vector<FaultCase> FaultCases(FaultMatrix matrix, const RobotConfig& robot,
-                                  DurationUs log_length);
+                                  DurationUs log_length, DurationUs from = {});
 
 // The chosen ones, in the order of the names (all when there are none). Error kInvalidArgument: a
 // name that is not there.

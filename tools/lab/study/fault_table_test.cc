@@ -60,6 +60,18 @@ TEST(FaultCases, EventsHappenInTheMiddleOfTheLog) {
   EXPECT_THAT(unknown.error().message, HasSubstr("wheels_turned"));
 }
 
+TEST(FaultCases, BeginOnTheWay) {
+  const auto cases = FaultCases(FaultMatrix::kDr, Robot(CameraKind::kStereo), Milliseconds(60000),
+                                Milliseconds(12000));
+  const auto chosen = ChooseCases(cases, {"wheels_nan", "wheels_x2"});
+  ASSERT_TRUE(chosen);
+  EXPECT_EQ((*chosen)[0].begin, Milliseconds(30000));
+  EXPECT_EQ((*chosen)[0].plan.named[0].span.end, Milliseconds(31000));
+  EXPECT_EQ((*chosen)[1].begin, Milliseconds(12000));
+  EXPECT_EQ((*chosen)[1].plan.named[0].span.begin, Milliseconds(12000));
+  EXPECT_FALSE(ChooseCases(cases, {"camera_yaw_10deg"})) << "a configuration does not change";
+}
+
 // A camera that is where it is, in a run that believes it elsewhere: what vision says of it,
 // brought to the body by T_BB, is the body.
 TEST(FaultCases, WrongExtrinsicsAreUndone) {

@@ -43,6 +43,10 @@ class FaultStudy : public Study {
     app.add_option("log", log_, "LCM event log with ground truth")->required();
     app.add_option("--config", config_, "robot YAML")->required();
     app.add_option("--faults", names_, "some of them, separated by commas (all)")->delimiter(',');
+    app.add_option("--from", from_s_,
+                   "s since the begin of the log: faults begin then, and none of the configuration "
+                   "are tried (0: from the begin)")
+        ->check(CLI::NonNegativeNumber);
     app.add_option("--runs", runs_, "seeds of each (1)")->check(CLI::Range(1, 100));
     app.add_option("--align", alignment_, "se3 (default), yaw: for a way along a line")
         ->transform(CLI::CheckedTransformer(std::map<std::string, eval::Alignment>{
@@ -53,7 +57,8 @@ class FaultStudy : public Study {
     auto experiment = LoadExperiment(log_, config_);
     if (!experiment) return experiment.error();
     const DurationUs length = experiment->truth.back().utime - experiment->truth.front().utime;
-    const auto cases = ChooseCases(FaultCases(matrix_, experiment->config, length), names_);
+    const DurationUs from = DurationFromSeconds(from_s_);
+    const auto cases = ChooseCases(FaultCases(matrix_, experiment->config, length, from), names_);
     if (!cases) return cases.error();
     const auto sound = RunSound(&*experiment);
     if (!sound) return sound.error();
@@ -170,6 +175,7 @@ class FaultStudy : public Study {
   FaultMatrix matrix_;
   std::string log_, config_;
   std::vector<std::string> names_;
+  double from_s_ = 0;
   int runs_ = 1;
   eval::Alignment alignment_ = eval::Alignment::kSe3;
 };

@@ -34,6 +34,7 @@ class Unmistakable : public testing::Test {
  protected:
   int Partner(const std::vector<OrbKeypoint>& keypoints, const std::vector<int>& bits) const {
     std::vector<Descriptor> descriptors;
+    descriptors.reserve(bits.size());
     for (const int b : bits) descriptors.push_back(WithBits(b));
     const ImagePyramid pyramid(320, 240, 2, 1.2, 32);
     const std::vector<OrbKeypoint> left{At(100, 50)};

@@ -68,10 +68,14 @@ Mapper::Mapper(const MappingContext& context, Map map, MapUse use)
       loops_(map_),
       inserted_since_global_(std::ssize(map_.keyframes())) {}
 
+// What left the map is no place any more.
+void Mapper::ForgetRemoved() {
+  for (const KeyframeRemoval& removal : map_.removed_keyframes()) loops_.Forget(removal.id);
+}
+
 MapUpdate Mapper::Commit() {
-  MapUpdate update = map_.Commit();
-  for (const KeyframeRemoval& removal : update.removed_keyframes) loops_.Forget(removal.id);
-  return update;
+  ForgetRemoved();
+  return map_.Commit();
 }
 
 void Mapper::RememberMove(int64_t revision, KeyframeId id, const SE3& T_WC_before) {
@@ -157,6 +161,7 @@ InsertResult Mapper::Insert(const Keyframe& keyframe) {
   usable.T_WC = CarriedPose(keyframe);
   const bool other_lengths = keyframe.length_factor != map_.length_factor();
   map_.AddKeyframe(usable);
+  ForgetRemoved();  // those that it withdraws
   loops_.File(usable);
   TakeObservations(usable);
   counters_.landmarks_culled += CullYoungLandmarks(map_, context_);

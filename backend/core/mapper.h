@@ -126,6 +126,7 @@ class Mapper {
   void TakeObservations(const Keyframe& keyframe);
   void CarryAlong(const LocalBaResult& result);
   void TakeOver(const LocalBaResult& result);
+  void ForgetRemoved();
   MapUpdate Commit();
 
   MappingContext context_;

@@ -79,6 +79,27 @@ TEST(PieceJoin, APieceThatComesToMappedGroundIsJoined) {
   EXPECT_EQ(CheckMap(mapper.map()).count, 0);
 }
 
+// A person stood in front of the camera while a piece was mapped: what was mapped then is taken out
+// by the keyframe after it, which is looked for in the other pieces at once.
+TEST(PieceJoin, WhatIsWithdrawnIsNoPlace) {
+  World world = SettledWorld(1.5);
+  World beside = SettledWorld(1.2);
+  Mapper mapper = NewMapper();
+  Drive(world, 0, kLap / 2, SE3(), {}, &mapper);
+  const KeyframeId first{kLap / 2 + 1};
+  Drive(beside, kLap / 2, kLap / 2 + 4, kElsewhere, first, &mapper);
+  Keyframe after = beside.Make(kLap / 2 + 4, mapper.map());
+  after.T_WC = kElsewhere * after.T_WC;
+  after.piece = first;
+  after.previous = first;
+  after.dr.reset();
+  after.withdraws = true;
+  const InsertResult result = mapper.Insert(after);
+  ASSERT_TRUE(result.update);
+  EXPECT_EQ(result.update->removed_keyframes.size(), 3u);
+  EXPECT_EQ(CheckMap(mapper.map()).count, 0);
+}
+
 TEST(PieceJoin, AnotherRoomStaysAPieceOfItsOwn) {
   World world = SettledWorld(1.5);
   World other = SettledWorld(1.5, 2);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backend/core/mapper.h"
+
 namespace gw::backend {
 namespace {
 
@@ -183,6 +185,16 @@ World SettledWorld(double radius, uint64_t seed) {
   options.pose_sigma_m = 0.002;
   options.pose_sigma_rad = 0.0005;
   return World(options);
+}
+
+Map DrivenMap(const WorldOptions& options, int keyframes) {
+  World world(options);
+  Mapper mapper = *Mapper::Create({}, {}, TestCamera());
+  for (int k = 0; k < keyframes; ++k) {
+    mapper.Insert(world.Make(k, mapper.map()));
+    if (const auto job = mapper.BuildJob()) mapper.Apply(SolveLocalBa(*job));
+  }
+  return mapper.map();
 }
 
 double PositionRmse(const World& world, const Map& map) {

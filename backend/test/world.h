@@ -71,6 +71,9 @@ class World {
 // all radii; another one for another seed.
 World SettledWorld(double radius, uint64_t seed = 1);
 
+// The map after so many keyframes of a world, each with the local BA that it calls for.
+Map DrivenMap(const WorldOptions& options, int keyframes);
+
 // Root mean square distance between the estimated and the true camera positions (m), in the frame
 // of the map's first keyframe, which the world makes without error.
 double PositionRmse(const World& world, const Map& map);

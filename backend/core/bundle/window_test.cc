@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "backend/core/mapper.h"
 #include "backend/core/piece/map_edit.h"
 #include "backend/test/world.h"
 
@@ -10,14 +9,8 @@ namespace gw::backend {
 namespace {
 
 // One lap and a bit: the newest keyframes see again what the first ones saw.
-Map DrivenMap(int keyframes) {
-  World world({.num_points = 600, .keyframes_per_lap = 10});
-  Mapper mapper = *Mapper::Create({}, {}, TestCamera());
-  for (int k = 0; k < keyframes; ++k) {
-    mapper.Insert(world.Make(k, mapper.map()));
-    if (const auto job = mapper.BuildJob()) mapper.Apply(SolveLocalBa(*job));
-  }
-  return mapper.map();
+Map Driven(int keyframes) {
+  return DrivenMap({.num_points = 600, .keyframes_per_lap = 10}, keyframes);
 }
 
 std::vector<KeyframeId> Fixed(const LocalBaJob& job, KeyframeId from, KeyframeId to) {
@@ -31,7 +24,7 @@ std::vector<KeyframeId> Fixed(const LocalBaJob& job, KeyframeId from, KeyframeId
 // A piece whose first keyframe was cropped away is held by the oldest that is left, in local and in
 // global BA.
 TEST(Window, APieceIsHeldByTheFirstKeyframeThatIsThere) {
-  const Map both = PutTogether(DrivenMap(5), DrivenMap(12));
+  const Map both = PutTogether(Driven(5), Driven(12));
   const Map cropped =
       KeepKeyframes(both, [](const MapKeyframe& k) { return k.frame.id != KeyframeId{6}; });
   EXPECT_EQ(both.FirstOfPieces(),

@@ -107,6 +107,11 @@ class Map {
   // The changes since the last commit (or Apply); counts the revision up by one.
   MapUpdate Commit();
 
+  // Those that left since the last Commit().
+  const std::vector<KeyframeRemoval>& removed_keyframes() const {
+    return changes_.removed_keyframes;
+  }
+
   // --- Changes by a receiver.
 
   enum class Applied { kDone, kGap };

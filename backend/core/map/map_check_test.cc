@@ -5,7 +5,6 @@
 
 #include <limits>
 
-#include "backend/core/mapper.h"
 #include "backend/test/world.h"
 
 namespace gw::backend {
@@ -13,13 +12,7 @@ namespace {
 
 // A map after a few keyframes with local BA.
 Map Driven(int keyframes) {
-  World world({.num_points = 600, .outlier_share = 0.02});
-  Mapper mapper = *Mapper::Create({}, {}, TestCamera());
-  for (int k = 0; k < keyframes; ++k) {
-    mapper.Insert(world.Make(k, mapper.map()));
-    if (const auto job = mapper.BuildJob()) mapper.Apply(SolveLocalBa(*job));
-  }
-  return mapper.map();
+  return DrivenMap({.num_points = 600, .outlier_share = 0.02}, keyframes);
 }
 
 TEST(CheckMap, FindsNothingInWhatTheMapperMade) {

@@ -3,24 +3,17 @@
 #include <gtest/gtest.h>
 
 #include "backend/core/map/map_check.h"
-#include "backend/core/mapper.h"
 #include "backend/test/world.h"
 
 namespace gw::backend {
 namespace {
 
-Map DrivenMap(int keyframes) {
-  World world({.num_points = 600, .keyframes_per_lap = 40});
-  Mapper mapper = *Mapper::Create({}, {}, TestCamera());
-  for (int k = 0; k < keyframes; ++k) {
-    mapper.Insert(world.Make(k, mapper.map()));
-    if (const auto job = mapper.BuildJob()) mapper.Apply(SolveLocalBa(*job));
-  }
-  return mapper.map();
+Map Driven(int keyframes) {
+  return DrivenMap({.num_points = 600, .keyframes_per_lap = 40}, keyframes);
 }
 
 TEST(MapEdit, WhatIsKeptHoldsTogetherAndWhatGoesLeavesNothing) {
-  const Map map = DrivenMap(12);
+  const Map map = Driven(12);
   const Map kept = KeepKeyframes(map, [](const MapKeyframe& keyframe) {
     return keyframe.frame.id.value < 5 || keyframe.frame.id.value > 8;
   });
@@ -42,12 +35,12 @@ TEST(MapEdit, WhatIsKeptHoldsTogetherAndWhatGoesLeavesNothing) {
 }
 
 TEST(MapEdit, NothingKeptIsAnEmptyMap) {
-  EXPECT_TRUE(KeepKeyframes(DrivenMap(3), [](const auto&) { return false; }).keyframes().empty());
+  EXPECT_TRUE(KeepKeyframes(Driven(3), [](const auto&) { return false; }).keyframes().empty());
 }
 
 TEST(MapEdit, TwoMapsInOneAreTwoPieces) {
-  const Map a = DrivenMap(5);
-  const Map b = DrivenMap(7);
+  const Map a = Driven(5);
+  const Map b = Driven(7);
   const Map both = PutTogether(a, b);
   const MapFaults faults = CheckMap(both);
   EXPECT_EQ(faults.count, 0) << faults.texts[0];
@@ -64,8 +57,8 @@ TEST(MapEdit, TwoMapsInOneAreTwoPieces) {
 }
 
 TEST(MapEdit, AJoinedPieceMovesAsAWhole) {
-  const Map b = DrivenMap(6);
-  Map both = PutTogether(DrivenMap(4), b);
+  const Map b = Driven(6);
+  Map both = PutTogether(Driven(4), b);
   const SE3 T_AB(ExpSO3({0, 0, 1}), {3, -2, 0});
   both.JoinPiece({5}, {}, T_AB);
   const MapUpdate update = both.Commit();
@@ -77,7 +70,7 @@ TEST(MapEdit, AJoinedPieceMovesAsAWhole) {
   const LandmarkId now = LandmarkId::From({of_b.creator().value + 4}, of_b.feature_index());
   EXPECT_LT((both.FindLandmark(now)->p_W - T_AB * b.FindLandmark(of_b)->p_W).norm(), 1e-12);
   // Whoever follows by updates has the same map.
-  Map replica = PutTogether(DrivenMap(4), b);
+  Map replica = PutTogether(Driven(4), b);
   EXPECT_NE(replica.Hash(), both.Hash());
   ASSERT_EQ(replica.Apply(update), Map::Applied::kDone);
   EXPECT_EQ(replica.Hash(), both.Hash());

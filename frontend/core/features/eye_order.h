@@ -2,7 +2,7 @@
 // feature has a disparity: a driver or a bag that gives one eye twice, or left and right exchanged.
 #pragma once
 
-#include "frontend/core/features/stereo_matcher.h"
+#include "frontend/core/features/row_index.h"
 
 namespace gw::frontend {
 

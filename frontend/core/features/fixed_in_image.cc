@@ -7,6 +7,7 @@
 
 #include "common/core/log_odds.h"
 #include "common/vision/feature_grid.h"
+#include "common/vision/projection_search.h"
 
 namespace gw::frontend {
 namespace {
@@ -32,24 +33,6 @@ double LogLikelihood(const Eigen::Vector2d& residual, const Eigen::Matrix2d& cov
 
 bool Moves(const SE3& T) {
   return T.translation().norm() > kMovedWay || LogSO3(T.rotation()).norm() > kMovedTurn;
-}
-
-// Most similar feature inside a square around (u, v), at most a level off; keeps the better of it
-// and *best.
-struct Similar {
-  int index = -1;
-  int distance = kMaxDistance + 1;
-};
-void FindSimilar(const FeatureFrame& frame, const FeatureGrid& grid, const Eigen::Vector2d& uv,
-                 double radius, int level, const Descriptor& wanted, const std::vector<bool>& taken,
-                 Similar* best) {
-  grid.ForEachNear(static_cast<float>(uv.x()), static_cast<float>(uv.y()),
-                   static_cast<float>(radius), [&](int i) {
-                     const auto k = static_cast<size_t>(i);
-                     if (taken[k] || std::abs(frame.features[k].level - level) > 1) return;
-                     const int d = HammingDistance(wanted, frame.descriptors[k]);
-                     if (d < best->distance) *best = {i, d};
-                   });
 }
 
 }  // namespace
@@ -108,14 +91,22 @@ void FixedInImage::Move(Utime utime, const std::optional<CameraStep>& step) {
 // Finds the tracks again, where they were or where the motion puts them.
 void FixedInImage::Follow(Utime utime, const FeatureFrame& frame) {
   const FeatureGrid grid(frame.features);
+  const SearchableImage image{frame.features, frame.descriptors, grid};
   std::vector<bool> taken(frame.features.size(), false);
   for (Track& t : tracks_) {
-    const double radius = kWindow * pyramid_.Scale(t.level);
-    Similar best;
-    FindSimilar(frame, grid, t.uv, radius, t.level, t.descriptor, taken, &best);
+    const auto find = [&](const Eigen::Vector2d& uv) {
+      Projection expected;
+      expected.uv = uv;
+      expected.level = t.level;
+      return FindMostSimilar(image, expected, static_cast<float>(kWindow * pyramid_.Scale(t.level)),
+                             t.descriptor, kMaxDistance,
+                             [&](int i) { return !taken[static_cast<size_t>(i)]; });
+    };
+    BestFeature best = find(t.uv);
     for (const Eigen::Vector3d& p : {t.p, t.p_seen}) {
       if (!(p.z() > kNearest)) continue;
-      FindSimilar(frame, grid, camera_.Project(p), radius, t.level, t.descriptor, taken, &best);
+      const BestFeature other = find(camera_.Project(p));
+      if (other.distance < best.distance) best = other;
     }
     t.feature = best.index;
     if (best.index < 0) continue;

@@ -7,8 +7,7 @@
 #include <set>
 #include <string_view>
 
-#include "tools/data/bag/chunk_cache.h"
-#include "tools/data/bag/decompress.h"
+#include "tools/data/bag/chunks.h"
 
 namespace gw::bag {
 namespace {
@@ -20,8 +19,8 @@ constexpr uint64_t kLargestChunk = uint64_t{1} << 32;
 
 class Mcap : public BagFile {
  public:
-  explicit Mcap(Bytes bytes) : bytes_(bytes) {
-    ReadRecords(bytes_.subspan(kMagic.size()), 0);
+  explicit Mcap(Bytes bytes) : chunks_(bytes.subspan(kMagic.size()), kLargestChunk) {
+    ReadRecords(chunks_.Block(0), 0);
     if (!closed_) {
       warnings_.push_back(
           fmt::format("was not closed (the recorder was killed, or the file is cut off); read from "
@@ -31,11 +30,7 @@ class Mcap : public BagFile {
   }
 
   Result<Bytes> Read(const MessageRef& message) override {
-    const Bytes all =
-        message.block == 0
-            ? bytes_.subspan(kMagic.size())
-            : Bytes(cache_.Get(message.block, [&] { return Unpack(message.block).bytes; }));
-    return all.subspan(message.offset, message.size);
+    return chunks_.Block(message.block).subspan(message.offset, message.size);
   }
 
  private:
@@ -104,51 +99,32 @@ class Mcap : public BagFile {
                 begin + cursor.position(), cursor.left()});
   }
 
-  struct Chunk {
-    Bytes data;
-    std::string compression;
-    uint64_t size = 0;  // decompressed
-    uint32_t crc = 0;   // 0: not stated
-  };
-
   void ReadChunk(Bytes record, uint64_t position) {
     ByteCursor cursor(record);
     cursor.Read<uint64_t>();  // begin and end in time
     cursor.Read<uint64_t>();
     Chunk chunk;
     chunk.size = cursor.Read<uint64_t>();
-    chunk.crc = cursor.Read<uint32_t>();
+    const auto crc = cursor.Read<uint32_t>();  // 0: not stated
     chunk.compression = cursor.Text();
     const auto size = cursor.Read<uint64_t>();
     if (!cursor.ok()) return;
     const bool whole = size <= cursor.left();
     chunk.data = cursor.Take(whole ? size : cursor.left());
-    chunks_[position] = chunk;
-    const std::vector<uint8_t>& bytes = cache_.Get(position, [&] {
-      Decompressed unpacked = Unpack(position);
-      if (whole && unpacked.problem.empty() && chunk.crc != 0 &&
-          crc32_z(0, unpacked.bytes.data(), unpacked.bytes.size()) != chunk.crc) {
-        unpacked.problem = "does not have its checksum: some of it is damaged";
-      }
-      if (!unpacked.problem.empty()) {
-        warnings_.push_back(fmt::format("the chunk at byte {} {}; what can be read of it is used",
-                                        position, unpacked.problem));
-      }
-      return std::move(unpacked.bytes);
-    });
+    auto [bytes, problem] = chunks_.Add(position, chunk);
+    if (whole && problem.empty() && crc != 0 && crc32_z(0, bytes.data(), bytes.size()) != crc) {
+      problem = "does not have its checksum: some of it is damaged";
+    }
+    if (!problem.empty()) {
+      warnings_.push_back(fmt::format("the chunk at byte {} {}; what can be read of it is used",
+                                      position, problem));
+    }
     ReadRecords(bytes, position);
   }
 
-  Decompressed Unpack(uint64_t position) const {
-    const Chunk& chunk = chunks_.at(position);
-    return Decompress(chunk.compression, chunk.data, std::min(chunk.size, kLargestChunk));
-  }
-
-  Bytes bytes_;
   std::map<uint16_t, std::string> schemas_;
   std::map<uint16_t, uint32_t> channels_;
-  std::map<uint64_t, Chunk> chunks_;  // by position
-  ChunkCache cache_;
+  Chunks chunks_;
   bool closed_ = false;
 };
 

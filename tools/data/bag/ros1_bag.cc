@@ -6,8 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "tools/data/bag/chunk_cache.h"
-#include "tools/data/bag/decompress.h"
+#include "tools/data/bag/chunks.h"
 
 namespace gw::bag {
 namespace {
@@ -62,8 +61,9 @@ std::optional<Record> ReadRecord(ByteCursor& cursor) {
 
 class Ros1Bag : public BagFile {
  public:
-  explicit Ros1Bag(Bytes bytes) : bytes_(bytes) {
-    ReadRecords(bytes_.subspan(kMagic.size()), 0);
+  explicit Ros1Bag(Bytes bytes)
+      : size_(bytes.size()), chunks_(bytes.subspan(kMagic.size()), kLargestChunk) {
+    ReadRecords(chunks_.Block(0), 0);
     if (!indexed_) {
       warnings_.emplace_back(
           "was not closed (the recorder was killed, or the file is cut off): it has no index; read "
@@ -72,11 +72,7 @@ class Ros1Bag : public BagFile {
   }
 
   Result<Bytes> Read(const MessageRef& message) override {
-    const Bytes all =
-        message.block == 0
-            ? bytes_.subspan(kMagic.size())
-            : Bytes(cache_.Get(message.block, [&] { return Unpack(message.block).bytes; }));
-    return all.subspan(message.offset, message.size);
+    return chunks_.Block(message.block).subspan(message.offset, message.size);
   }
 
  private:
@@ -100,7 +96,7 @@ class Ros1Bag : public BagFile {
         ReadConnection(*record);
       } else if (op == kBagHeader && block == 0) {
         const uint64_t index = record->Number<uint64_t>("index_pos").value_or(0);
-        indexed_ = index > 0 && index <= bytes_.size();
+        indexed_ = index > 0 && index <= size_;
       }
     }
   }
@@ -137,36 +133,22 @@ class Ros1Bag : public BagFile {
 
   void ReadChunk(const Record& record) {
     const uint64_t position = kMagic.size() + record.data_position;
-    chunks_[position] = {record.data, record.Text("compression"),
-                         record.Number<uint32_t>("size").value_or(0)};
-    const std::vector<uint8_t>& bytes = cache_.Get(position, [&] {
-      Decompressed chunk = Unpack(position);
-      if (!chunk.problem.empty()) {
-        warnings_.push_back(fmt::format("the chunk at byte {} {}; what is before was read",
-                                        position, chunk.problem));
-      }
-      return std::move(chunk.bytes);
-    });
+    const auto [bytes, problem] = chunks_.Add(
+        position,
+        {record.data, record.Text("compression"), record.Number<uint32_t>("size").value_or(0)});
+    if (!problem.empty()) {
+      warnings_.push_back(
+          fmt::format("the chunk at byte {} {}; what is before was read", position, problem));
+    }
     if (record.cut) {
       warnings_.push_back(fmt::format("the file ends within the chunk at byte {}", position));
     }
     ReadRecords(bytes, position);
   }
 
-  Decompressed Unpack(uint64_t position) const {
-    const Chunk& chunk = chunks_.at(position);
-    return Decompress(chunk.compression, chunk.data, std::min(chunk.size, kLargestChunk));
-  }
-
-  struct Chunk {
-    Bytes data;
-    std::string compression;
-    uint64_t size = 0;  // decompressed
-  };
-  Bytes bytes_;
+  uint64_t size_;                             // of the file
   std::map<uint32_t, uint32_t> connections_;  // their number in the file, our topic
-  std::map<uint64_t, Chunk> chunks_;          // by position
-  ChunkCache cache_;
+  Chunks chunks_;
   bool indexed_ = false;
 };
 

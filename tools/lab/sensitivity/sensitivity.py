@@ -2,7 +2,7 @@
 """What half and double of every numeric constant of the cores do to the result of gw-slam.
 
     sensitivity.py build --scratch DIR [--commit HEAD] [--only REGEX]
-    sensitivity.py run   --scratch DIR LOG[@T0:T1][+yaw][+dr]... [--only REGEX] [--seeds N] [--values V...]
+    sensitivity.py run   --scratch DIR LOG[@T0:T1][+yaw][+dr][+twice]... [--only REGEX] [--seeds N] [--values V...]
     sensitivity.py table --scratch DIR [--all]
 
 `build` copies the tree of a commit into DIR, makes the constants changeable there (instrument.py) and
@@ -108,7 +108,8 @@ def build(scratch, commit, only):
 # --- run
 
 class Log:
-    """A scenario: LOG[@T0:T1][+yaw][+dr], cut into the scratch folder; +yaw: for a drive along a line; +dr: dead reckoning alone."""
+    """A scenario: LOG[@T0:T1][+yaw][+dr][+twice], cut into the scratch folder; +yaw: for a drive along a line; +dr: dead reckoning
+    alone; +twice: the second time in the map of the first."""
 
     def __init__(self, scratch, text):
         text, *marks = text.split("+")
@@ -120,7 +121,8 @@ class Log:
         self.reference = truth if truth.exists() else self.path
         self.align = "yaw" if "yaw" in marks else "se3"
         self.dr_only = "dr" in marks
-        self.name += "+dr" if self.dr_only else ""
+        self.laps = 2 if "twice" in marks else 1
+        self.name += ("+dr" if self.dr_only else "") + ("+twice" if self.laps > 1 else "")
         if span:
             cut = scratch / "logs" / (re.sub("[@:+]", "_", self.name) + ".lcm")
             cut.parent.mkdir(exist_ok=True)
@@ -161,7 +163,7 @@ def run_once(scratch, log, changes, seed):
     environment = dict(os.environ)
     environment["GW_OVERRIDE"] = ",".join(f"{constant}={direction}" for constant, direction in changes)
     command = ["nice", "-n", "8", scratch / "tree/build/dev/bin/gw-slam", log.path, "--config", log.config, "--out", out]
-    command += ["--dr-only"] if log.dr_only else ["--seed", str(seed)]
+    command += ["--dr-only"] if log.dr_only else ["--seed", str(seed), "--laps", str(log.laps)]
     before = os.times()
     done = subprocess.run(command, capture_output=True, text=True, env=environment, preexec_fn=limit_cpu_time)
     # Dead reckoning alone exits with 1 where its verdict is bad: a result, too.
@@ -170,6 +172,8 @@ def run_once(scratch, log, changes, seed):
     cpu_s = after.children_user + after.children_system - before.children_user - before.children_system
     complete = code == 0
     estimates = ("dr.tum", "raw_wheels.tum") if log.dr_only else ("trajectory.tum", "keyframes.tum")
+    if log.laps > 1:
+        estimates = tuple(f"lap{log.laps}/{name}" for name in estimates)
     result = {"log": log.name, "seed": seed, "exit": code, "cpu_s": f"{cpu_s / max(1, len(changes)):.2f}",
               "live": ape(log, out / estimates[0], scratch) if complete else "",
               "keyframes": ape(log, out / estimates[1], scratch) if complete else "",

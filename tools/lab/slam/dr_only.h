@@ -14,6 +14,7 @@
 #include "common/process/event_log.h"
 #include "dr_ekf/core/dr_filter.h"
 #include "tools/data/log/log_clock.h"
+#include "tools/lab/slam/dr_finding.h"
 
 namespace gw::tools {
 
@@ -38,12 +39,6 @@ struct DrCovarianceRow {
   Matrix6d cov_T_OB = Matrix6d::Zero();  // m^2, rad^2; right perturbation
   DurationUs motion;                     // 0: a reset lies in the second before
   Matrix6d cov_motion = Matrix6d::Zero();
-};
-
-// What the filter found wrong with its inputs, and when.
-struct DrFinding {
-  Utime utime;  // of the newest state before; 0: before the first one
-  dr_ekf::DrDiagnosis diagnosis;
 };
 
 struct DrOnlyRun {

@@ -155,10 +155,8 @@ void JudgeSlip(const DrOnlyRun& run, DrVerdict* verdict) {
 
 void JudgeFindings(const DrOnlyRun& run, DrVerdict* verdict) {
   for (const DrFinding& found : run.found) {
-    const double after_s =
-        run.poses.empty() ? 0 : std::max(0.0, (found.utime - run.poses.front().utime).seconds());
-    verdict->problems.push_back(Format("after %.2f s: ", after_s) +
-                                std::string(dr_ekf::Text(found.diagnosis)));
+    const Utime first = run.poses.empty() ? found.utime : run.poses.front().utime;
+    verdict->problems.push_back(Describe(found, first));
   }
 }
 
@@ -289,14 +287,6 @@ Json SlipJson(const std::vector<DrPose>& poses) {
   Json out = Json::array();
   for (const SlipSpan& span : SlipSpans(poses)) {
     out.push_back({{"begin_us", span.begin.us}, {"end_us", span.end.us}});
-  }
-  return out;
-}
-
-Json FoundJson(const std::vector<DrFinding>& found) {
-  Json out = Json::array();
-  for (const DrFinding& finding : found) {
-    out.push_back({{"utime", finding.utime.us}, {"what", std::string(Name(finding.diagnosis))}});
   }
   return out;
 }

@@ -195,6 +195,10 @@ int Run(const Arguments& arguments) {
                  arguments.log + ": no camera message that can be decoded; see gw-log info, or use "
                                  "--dr-only for dead reckoning alone"});
   }
+  for (const DrFinding& found : session->dr_found()) {
+    std::fprintf(stderr, "gw-slam: warning: dead reckoning: %s\n",
+                 Describe(found, session->first_dr()).c_str());
+  }
   const std::string dr_fault = session->dr_fault();
   if (!dr_fault.empty()) {
     std::fprintf(stderr, "gw-slam: warning: dead reckoning is wrong by a constant: %s\n",

@@ -142,7 +142,14 @@ void SlamSession::Deliver(const std::vector<MapUpdate>& updates) {
 void SlamSession::Deliver(const dr_ekf::DrFilter::Output& output) {
   dr_counters_ = output.counters;
   if (watch_dr_) watch_dr_(output);
-  for (const DrState& state : output.states) ProcessDr(state);
+  for (const DrState& state : output.states) {
+    if (first_dr_ == Utime()) first_dr_ = state.utime;
+    newest_dr_ = state.utime;
+    ProcessDr(state);
+  }
+  for (const dr_ekf::DrDiagnosis diagnosis : output.found) {
+    dr_found_.push_back({newest_dr_, diagnosis});
+  }
 }
 
 void SlamSession::Finish() {

@@ -18,6 +18,7 @@
 #include "dr_ekf/core/dr_filter.h"
 #include "frontend/core/tracking/tracker.h"
 #include "tools/lab/slam/backend_schedule.h"
+#include "tools/lab/slam/dr_finding.h"
 
 namespace gw::tools {
 
@@ -92,6 +93,9 @@ class SlamSession {
   KeyframeId newest_before() const { return newest_before_; }
   const SlamCounters& counters() const { return counters_; }
   const std::optional<dr_ekf::DrCounters>& dr_counters() const { return dr_counters_; }
+  // What the DR filter found wrong with its inputs, and the time of its first state.
+  const std::vector<DrFinding>& dr_found() const { return dr_found_; }
+  Utime first_dr() const { return first_dr_; }
   bool dr_synthetic() const { return dr_synthetic_; }
   const RectifiedCamera& camera() const { return geometry_.rectified; }
 
@@ -132,6 +136,8 @@ class SlamSession {
   std::vector<int64_t> tracking_us_;
   SlamCounters counters_;
   std::optional<dr_ekf::DrCounters> dr_counters_;
+  std::vector<DrFinding> dr_found_;
+  Utime first_dr_, newest_dr_;  // states of the filter; 0: none
   bool dr_synthetic_ = false;
 };
 

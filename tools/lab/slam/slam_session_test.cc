@@ -200,6 +200,31 @@ SlamSession RunLogged(const std::string& name, const LogRunOptions& options) {
   return session;
 }
 
+TEST(SlamSession, KeepsWhatTheFilterFoundWrong) {
+  RobotConfig config = Robot();
+  config.dr_ekf.source = DrSource::kSensors;
+  config.calibration.imu.present = false;
+  config.calibration.wheel.present = true;
+  SlamSession session = *SlamSession::Create(config);
+  for (int i = 0; i < 200; ++i) {
+    WheelSample sample;
+    sample.utime = {i * 20000};
+    sample.seq = i + 1;
+    sample.utime_begin = {(i - 1) * 20000};
+    sample.dx_m = i == 100 ? 5 : 0.006;
+    session.Process({0, {}, wire::kWheel, wire::Encode(sample)});
+  }
+  session.Finish();
+  ASSERT_EQ(session.dr_found().size(), 1u);
+  EXPECT_EQ(session.dr_found()[0].diagnosis, dr_ekf::DrDiagnosis::kWheelsJumped);
+  EXPECT_THAT(Describe(session.dr_found()[0], session.first_dr()), testing::HasSubstr("after 1."));
+  const std::string folder = Scratch("found");
+  ASSERT_TRUE(WriteOutputs(folder, config, {"log.lcm", "full"}, session).ok());
+  std::ostringstream report;
+  report << std::ifstream(folder + "/report.json").rdbuf();
+  EXPECT_THAT(report.str(), testing::HasSubstr("wheels_jumped"));
+}
+
 TEST(RunLog, ASeedStartsLaterAndKeepsDeadReckoning) {
   const SlamSession session = RunLogged("seed", {.seed = 4, .span = {}});
   ASSERT_EQ(session.frames().size(), 30u - 4 * kImagesPerSeed);

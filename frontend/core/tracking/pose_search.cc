@@ -53,6 +53,7 @@ std::optional<FoundPose> PoseSearch::FindAlone(TrackedImage* image, const FoundP
   const int fewest = std::max(Recovery::kConvincingInliers, other.estimate.num_inliers);
   if (alone.found && alone.estimate.num_inliers >= fewest &&
       witnesses_->Founded(alone, track_->points)) {
+    alone.estimate.T_WC = HeldSteady(prediction.T_WC, motion.weight_cov, alone.estimate);
     return alone;
   }
   Show(image->T_ab, image);

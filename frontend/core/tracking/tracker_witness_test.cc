@@ -6,6 +6,7 @@
 
 #include "common/vision/scale_lengths.h"
 #include "frontend/core/tracking/tracker_test_room.h"
+#include "frontend/core/tracking/witnesses.h"
 
 namespace gw::frontend {
 namespace {
@@ -156,6 +157,20 @@ TEST(Tracker, AJumpOfDeadReckoningIsNotFollowedWhereThingsLookAlike) {
     }
     EXPECT_LT(error_m, 0.03) << way << " " << turn;
   }
+}
+
+// A narrow view tells way and turn to the side only together: what it leaves open is not moved.
+TEST(Witnesses, ASteadyMotionHoldsWhatVisionLeavesOpen) {
+  Vector6d sigma;
+  sigma << 0.2, 0.001, 0.001, 0.001, 0.001, 0.001;
+  PoseEstimate alone;
+  alone.T_WC = SE3::Exp((Vector6d() << 0.5, 0.05, 0, 0, 0, 0.02).finished());
+  alone.vision_information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+  const Matrix6d cov = 0.03 * 0.03 * Matrix6d::Identity();
+  const Vector6d held = HeldSteady(SE3(), cov, alone).Log();
+  const Vector6d found = alone.T_WC.Log();
+  EXPECT_NEAR(held(0), found(0) * 0.0009 / (0.0009 + 0.04), 1e-9);
+  for (int i = 1; i < 6; ++i) EXPECT_NEAR(held(i), found(i), 0.002 * std::abs(found(i)) + 1e-12);
 }
 
 // Somebody at one metre, whose left edge is at the image's, and whose right edge is at `right` (m,

@@ -31,6 +31,13 @@ SE3 VisionAlone(const SE3& T_WC_prior, const PoseEstimate& estimate) {
   return estimate.T_WC * SE3::Exp(of_vision.solve(estimate.prior_information * pulled));
 }
 
+SE3 HeldSteady(const SE3& T_WC_steady, const Matrix6d& cov, const PoseEstimate& alone) {
+  const Matrix6d& H = alone.vision_information;
+  const Matrix6d of_motion = cov.ldlt().solve(Matrix6d::Identity());
+  const Vector6d e = (T_WC_steady.inverse() * alone.T_WC).Log();
+  return T_WC_steady * SE3::Exp((H + of_motion).ldlt().solve(H * e));
+}
+
 bool Witnesses::Contradict(const OfDr& dr, const FoundPose& found) const {
   if (!found.found || found.estimate.num_inliers < PoseFinder::kTrustedShare * found.num_tracked)
     return true;

@@ -22,6 +22,10 @@ namespace gw::frontend {
 // (H_v + H_p) x = H_v x_vision + H_p x_prior.
 SE3 VisionAlone(const SE3& T_WC_prior, const PoseEstimate& estimate);
 
+// The pose of vision alone, where what it leaves open (of few directions, or near ones) is as a
+// steady motion has it; cov: of that motion, right perturbation.
+SE3 HeldSteady(const SE3& T_WC_steady, const Matrix6d& cov, const PoseEstimate& alone);
+
 class Witnesses {
  public:
   // What DR says of an image.

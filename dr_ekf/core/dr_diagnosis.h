@@ -60,10 +60,9 @@ constexpr DrDiagnosisWords WordsOf(DrDiagnosis diagnosis) {
               "the accelerometer's gravity is not 9.8 m/s^2: it is not used; check unit and "
               "driver"};
     case DrDiagnosis::kAccelUnfit:
-      return {
-          "accel_unfit",
-          "the accelerometer contradicts the wheels at every change of speed: it is not used, nor "
-          "what it told before; check its filters and where it is mounted"};
+      return {"accel_unfit",
+              "the accelerometer contradicts the wheels at every change of speed: not used, nor "
+              "what it told before; check its filters and where it is mounted"};
     case DrDiagnosis::kGyroInDegrees:
       return {"gyro_in_degrees",
               "the gyro's rates are no rad/s (deg/s?): the IMU is not used; check its driver"};

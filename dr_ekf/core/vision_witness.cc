@@ -22,6 +22,11 @@ constexpr double kLeastExcessShare = 0.25;  // of the faster one
 // A rolling robot goes where it looks. Vision that sees it go sideways or up this much, as a share
 // of what it holds against the wheels, is not to be believed either.
 constexpr double kMaxAside = 0.5;
+// A slip is over after some seconds, or the robot stands (vision below this share of the wheels).
+// Wheels that go on to tell another way than vision have a wrong scale: the front-end measures it,
+// which it cannot while they are said to slip.
+constexpr DurationUs kLongestSlip = Milliseconds(5000);
+constexpr double kStands = 0.1;
 
 }  // namespace
 
@@ -67,6 +72,7 @@ std::optional<VisionVerdict> VisionWitness::TakeCovered() {
     if (frame.utime < ways_.front().utime || !VisionMayJudgeDr(frame) || !frame.T_WB.IsFinite()) {
       steps_.clear();
       suspected_ = false;
+      accused_since_.reset();
       continue;
     }
     last_ = frame;
@@ -98,12 +104,17 @@ std::optional<VisionVerdict> VisionWitness::Judge() {
   const double limit = std::max(kLeastExcess, kLeastExcessShare * fastest);
   if (std::abs(excess) < 0.5 * limit) {
     suspected_ = false;
+    accused_since_.reset();
     return VisionVerdict{true, excess};
   }
   const double aside = vision.tail<2>().cwiseAbs().maxCoeff() / duration;
   const bool suspected_before = suspected_;
   suspected_ = std::abs(excess) > limit && aside < kMaxAside * std::abs(excess);
   if (!suspected_ || !suspected_before) return std::nullopt;
+  const Utime now = steps_.back().end;
+  if (!accused_since_) accused_since_ = now;
+  const bool moves = std::abs(vision.x()) > kStands * std::abs(wheels);
+  if (moves && now - *accused_since_ > kLongestSlip) return std::nullopt;
   return VisionVerdict{false, excess};
 }
 

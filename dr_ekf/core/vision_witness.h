@@ -20,8 +20,8 @@ struct VisionVerdict {
 class VisionWitness {
  public:
   // Both in camera time and in the order of time; what is not newer is ignored. The verdict is
-  // empty while there is none: vision not healthy, not long enough, or neither clearly right nor
-  // clearly wrong.
+  // empty while there is none: vision not healthy, not long enough, neither clearly right nor
+  // clearly wrong, or wrong for so long that it is no slip but a scale.
   std::optional<VisionVerdict> Push(const WheelSample& sample, double wheel_scale);
   std::optional<VisionVerdict> Push(const FramePose& frame);
   void Clear();
@@ -46,7 +46,8 @@ class VisionWitness {
   std::deque<FramePose> waiting_;  // newer than the wheels
   std::optional<FramePose> last_;  // the image before, if it was healthy
   std::deque<Step> steps_;
-  bool suspected_ = false;  // the judgement before was against the wheels
+  bool suspected_ = false;              // the judgement before was against the wheels
+  std::optional<Utime> accused_since_;  // without agreement or a break
 };
 
 }  // namespace gw::dr_ekf

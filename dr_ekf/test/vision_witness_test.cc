@@ -67,6 +67,23 @@ TEST_F(VisionWitnessTest, AccusesWheelsThatTurnTwiceAsFastWithinAFifthOfASecond)
   }
 }
 
+// Wheels of a wrong scale are no slip; those that spin on the spot are, however long.
+TEST_F(VisionWitnessTest, ASlipIsShort) {
+  for (const double factor : {2.0, 0.5, -1.0}) {
+    Drive(500, 0, 0);
+    const auto at_first = Drive(1000, factor * 0.5, 0.5);
+    ASSERT_TRUE(at_first) << factor;
+    EXPECT_FALSE(at_first->agrees) << factor;
+    Drive(6000, factor * 0.5, 0.5);
+    EXPECT_FALSE(Drive(2000, factor * 0.5, 0.5)) << factor;
+  }
+  Drive(500, 0, 0);
+  Drive(8000, 0.5, 0);
+  const auto spinning = Drive(500, 0.5, 0);
+  ASSERT_TRUE(spinning);
+  EXPECT_FALSE(spinning->agrees);
+}
+
 TEST_F(VisionWitnessTest, SaysNothingOfALittleDisagreement) {
   EXPECT_FALSE(Drive(1000, 0.4, 0.325));
 }

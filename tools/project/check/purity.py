@@ -27,7 +27,7 @@ ALLOWED = [
     r"(malloc|calloc|realloc|free|aligned_alloc|posix_memalign)$",
     r"(__)?(mem(chr|cmp|cpy|move|set)|str(len|cmp|ncmp|chr)|bcmp|v?snprintf|qsort|__isoc99_sscanf)(_chk)?$|crc32(_z)?$",
     r"(a?(sin|cos|tan)h?|atan2|sincos|exp2?|expm1|log(2|10|1p)?|pow|sqrt|cbrt|hypot|l?l?(round|rint)|nearbyint|floor|ceil"
-    r"|trunc|fmod|remainder|erfc?|fma|fmin|fmax|modf|frexp|ldexp)f?$",
+    r"|trunc|fmod|remainder|erfc?|fma|fmin|fmax|modf|frexp|ldexp|cabs|carg|__muldc3)f?$",
     # the standard library's pure parts
     r"std::__throw_",
     r"std::_Rb_tree_|std::__detail::_(Prime_rehash_policy|List_node_base)|std::_Hash_bytes\(",

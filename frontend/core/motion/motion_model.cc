@@ -76,6 +76,12 @@ std::optional<MotionModel::Calibrated> MotionModel::DrBetween(Utime a, Utime b) 
   return Calibrated{*told, learnt_.calibration.Corrected(told->T_BaBb, dr_.newest()), noise};
 }
 
+// A source that does not tell its noise has the nominal one. Any axes.
+DrNoise MotionModel::OrNominal(DrNoise told, DurationUs length) const {
+  if (told.Covariance().isZero(0)) told.white = NominalCovariance(length, dr_weight_);
+  return told;
+}
+
 // The noise of DR as it enters: what it has shown, or what it says itself.
 DrNoise MotionModel::Shown(const DrNoise& claimed) const {
   return dr_weight_.Departs(Departure::kTrust) ? learnt_.trust.Shown(claimed) : claimed;
@@ -96,11 +102,8 @@ Motion MotionModel::Between(Utime a, Utime b) const {
     if (const auto dr = DrBetween(a, b)) {
       out.T_BaBb_dr = dr->told.T_BaBb;
       out.T_ab = InCamera(dr->T_BaBb, T_BC_);
-      out.noise = InCamera(Shown(dr->noise), T_BC_);
-      const Matrix6d nominal = NominalCovariance(dt, dr_weight_);
-      // A source that does not tell its noise has the nominal one.
-      if (out.noise.Covariance().isZero(0)) out.noise.white = nominal;
-      out.weight_cov = WeightCovariance(nominal, out.noise.Covariance());
+      out.noise = OrNominal(InCamera(Shown(dr->noise), T_BC_), dt);
+      out.weight_cov = WeightCovariance(NominalCovariance(dt, dr_weight_), out.noise.Covariance());
       out.from_dr = true;
       out.slip = dr->told.slip;
       return out;
@@ -125,14 +128,13 @@ Motion MotionModel::Coast(Utime a, Utime b) const {
 std::optional<CameraStep> MotionModel::Step(Utime a, Utime b) const {
   const auto dr = DrPredicts(variant_) ? DrBetween(a, b) : std::nullopt;
   if (!dr || dr->told.slip || learnt_.trust.refuted()) return std::nullopt;
-  const DrNoise noise = InCamera(dr->noise, T_BC_);
+  const DrNoise noise = OrNominal(InCamera(dr->noise, T_BC_), b - a);
   CameraStep out;
   out.T_ab = InCamera(dr->T_BaBb, T_BC_);
   if (observed_ == a) out.T_ab_seen = Coast(a, b).T_ab;
   out.white = noise.white.diagonal();
   out.common = (noise.lever * noise.coherent * noise.lever.transpose()).diagonal().cwiseMax(0);
   out.common = out.common.cwiseSqrt().eval();
-  if (noise.Covariance().isZero(0)) out.white = NominalCovariance(b - a, dr_weight_).diagonal();
   return out;
 }
 
@@ -200,13 +202,9 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   const auto dr = window ? DrBetween(window->begin, seen.b) : std::nullopt;
   if (!dr || dr->told.slip) return;
   const DurationUs length = seen.b - window->begin;
-  const auto claimed = [&](const DrNoise& noise) -> Matrix6d {
-    const Matrix6d cov = noise.Covariance();
-    return cov.isZero(0) ? NominalCovariance(length, dr_weight_) : cov;
-  };
   DrEvidence evidence;
   evidence.T_dr = dr->T_BaBb;
-  evidence.cov_dr = claimed(dr->noise);
+  evidence.cov_dr = OrNominal(dr->noise, length).Covariance();
   const SE3 T_ab = window->T_WC.inverse() * seen.T_WC_vision;
   evidence.T_vision = T_BC_ * T_ab * T_BC_.inverse();
   const Matrix6d from_begin = T_ab.inverse().Adjoint();
@@ -220,8 +218,8 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   learnt_.trust.Judge(evidence);
   DrNoise noise_told;
   if (const auto told = told_.Increment(window->begin, seen.b, kMaxExtrapolation, &noise_told)) {
-    learnt_.disagreement.Add(
-        {told->T_BaBb, claimed(noise_told), evidence.T_vision, evidence.cov_vision});
+    learnt_.disagreement.Add({told->T_BaBb, OrNominal(noise_told, length).Covariance(),
+                              evidence.T_vision, evidence.cov_vision});
   }
   const double taken_out = learnt_.constant.fault().way_factor.value_or(1);
   const Matrix6d S = evidence.cov_dr + evidence.cov_vision;

@@ -126,6 +126,7 @@ class MotionModel {
     DrNoise noise;  // of T_BaBb; body frame
   };
   std::optional<Calibrated> DrBetween(Utime a, Utime b) const;
+  DrNoise OrNominal(DrNoise told, DurationUs length) const;
   void CompareWithVision(const Seen& seen);
   void TakeOutConstant();
   void LearnAnew(const DrConstant& constant);

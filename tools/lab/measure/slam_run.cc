@@ -10,7 +10,6 @@
 #include "common/contract/tracking_names.h"
 #include "tools/data/files/json.h"
 #include "tools/data/files/text_file.h"
-#include "tools/lab/slam/slam_output.h"
 
 namespace gw::measure {
 namespace {

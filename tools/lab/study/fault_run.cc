@@ -7,7 +7,6 @@
 #include "frontend/core/tracking/health_cause.h"
 #include "tools/data/fault/fault_injector.h"
 #include "tools/lab/slam/dr_motion.h"
-#include "tools/lab/slam/slam_output.h"
 
 namespace gw::study {
 namespace {

@@ -15,7 +15,6 @@
 #include "common/core/version.h"
 #include "common/process/bus.h"
 #include "common/process/loop.h"
-#include "tools/lab/slam/slam_output.h"
 #include "tools/sim/demo/report.h"
 #include "tools/sim/demo/run_recorder.h"
 #include "tools/view/report/report_page.h"

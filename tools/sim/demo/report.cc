@@ -12,7 +12,6 @@
 #include "common/core/format.h"
 #include "common/core/version.h"
 #include "frontend/core/features/orb_extractor.h"
-#include "tools/lab/slam/slam_output.h"
 #include "tools/sim/demo/base64.h"
 #include "tools/sim/demo/charts.h"
 #include "tools/view/report/report_page.h"

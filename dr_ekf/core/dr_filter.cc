@@ -138,6 +138,7 @@ void DrFilter::GoOnWithoutAccelerometer() {
   calibration_.imu.has_accel = false;
   model_ = *twin_;
   twin_.reset();
+  ++counters_.resets;
   FindOnce(DrDiagnosis::kAccelUnfit);
 }
 

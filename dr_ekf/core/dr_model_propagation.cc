@@ -12,14 +12,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Where nothing tells "up", a floor does: tilt is forgotten over its correlation length. A tilt is
-// there where the accelerometer that told it turned out to be unfit.
-Eigen::Quaterniond Levelling(double way, const FilterState& state) {
-  const Vector3d up_S = state.T_OS.rotation().conjugate() * Vector3d::UnitZ();
-  const double forgotten = 1 - std::exp(-way / kFloorTiltWay);
-  return ExpSO3(forgotten * Vector3d(-up_S.y(), up_S.x(), 0));
-}
-
 }  // namespace
 
 DrModel::Rates DrModel::RatesBetween(Utime from, Utime to, const ImuSample* imu,
@@ -91,7 +83,6 @@ DrModel::Step DrModel::StepOf(const Rates& rates, double dt, const FilterState& 
     Vector6d twist;
     twist << v, rates.w;
     step.T = SE3::Exp(twist * dt);
-    if (!state.aligned) step.T = step.T * SE3(Levelling(v.norm() * dt, state), Vector3d::Zero());
     step.v_after = v.cwiseProduct(step.fade);
   }
   return step;

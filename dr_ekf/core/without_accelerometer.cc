@@ -1,14 +1,19 @@
 #include "dr_ekf/core/without_accelerometer.h"
 
+#include <cmath>
+
 namespace gw::dr_ekf {
 
 TwinFrame FrameOfTwin(const SE3& T_OB, const SE3& T_OB_twin) {
-  return {T_OB * T_OB_twin.inverse(), T_OB.Adjoint() * (T_OB_twin.inverse() * T_OB).Log()};
+  const Eigen::Vector3d ahead = T_OB.rotation() * Eigen::Vector3d::UnitX();
+  const Eigen::AngleAxisd heading(std::atan2(ahead.y(), ahead.x()), Eigen::Vector3d::UnitZ());
+  const SE3 flat(Eigen::Quaterniond(heading), T_OB.translation());
+  return {flat * T_OB_twin.inverse(), flat.Adjoint() * (T_OB_twin.inverse() * flat).Log()};
 }
 
 FilterState GoOnAsTwin(const FilterState& twin, const TwinFrame& frame, const FilterState& before) {
   FilterState state = twin;
-  state.reset_counter = before.reset_counter;
+  state.reset_counter = before.reset_counter + 1;
   state.counters = before.counters;
   state.wheels_stand = before.wheels_stand;
   // Errors of the state are relative to its poses and stay what they are; that of the frame is one

@@ -1,5 +1,5 @@
-// From a filter that used the accelerometer to one that never did: the pose is that of before, all
-// that is known besides is what wheels and gyro tell
+// From a filter that used the accelerometer to one that never did: place and heading are those of
+// before, all that is known besides is what wheels and gyro tell, and "up" is that of the floor
 // (docs/adr/0062-an-unfit-stream-takes-its-lessons-along.md).
 #pragma once
 
@@ -19,7 +19,8 @@ struct TwinFrame {
 // T_OB: of the filter, T_OB_twin: of its twin, at one instant.
 TwinFrame FrameOfTwin(const SE3& T_OB, const SE3& T_OB_twin);
 
-// The twin's state (S is B) in the place of `before`, which is of the same instant.
+// The twin's state (S is B) in the place of `before`, which is of the same instant. The tilt that
+// the accelerometer told is gone in one step, which is no motion: reset_counter moves on.
 FilterState GoOnAsTwin(const FilterState& twin, const TwinFrame& frame, const FilterState& before);
 
 }  // namespace gw::dr_ekf

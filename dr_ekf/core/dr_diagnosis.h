@@ -61,8 +61,8 @@ constexpr DrDiagnosisWords WordsOf(DrDiagnosis diagnosis) {
               "driver"};
     case DrDiagnosis::kAccelUnfit:
       return {"accel_unfit",
-              "the accelerometer contradicts the wheels at every change of speed: it only tells "
-              "which way is up; check its filters and where it is mounted"};
+              "the accelerometer contradicts the wheels at every change of speed: not used, nor "
+              "what it told before; check its filters and where it is mounted"};
     case DrDiagnosis::kGyroInDegrees:
       return {"gyro_in_degrees",
               "the gyro's rates are no rad/s (deg/s?): the IMU is not used; check its driver"};

@@ -7,6 +7,7 @@
 
 #include "dr_ekf/core/error_state.h"
 #include "dr_ekf/core/noise_model.h"
+#include "dr_ekf/core/without_accelerometer.h"
 
 namespace gw::dr_ekf {
 namespace {
@@ -19,6 +20,11 @@ constexpr int64_t kMaxUtime = int64_t{1} << 61;  // differences of times cannot 
 constexpr DurationUs kLateBeforeRestart = Milliseconds(500);
 constexpr int kLateSamples = 3;
 
+DrModel WithoutAccelerometer(const DrEkfConfig& config, Calibration calibration) {
+  calibration.imu.has_accel = false;
+  return DrModel(config, calibration);
+}
+
 bool IsUsable(Utime utime) {
   return utime.us > -kMaxUtime && utime.us < kMaxUtime;
 }
@@ -30,7 +36,11 @@ DrFilter::DrFilter(const DrEkfConfig& config, const Calibration& calibration)
       calibration_(calibration),
       model_(config, calibration),
       chain_(config, DurationFromSeconds(1 / calibration.wheel.rate_hz)),
-      imu_check_(calibration.imu) {}
+      imu_check_(calibration.imu) {
+  if (calibration.imu.present && calibration.imu.has_accel && calibration.wheel.present) {
+    twin_ = WithoutAccelerometer(config, calibration);
+  }
+}
 
 Result<DrFilter> DrFilter::Create(const DrEkfConfig& config, const Calibration& calibration) {
   if (!calibration.imu.present && !calibration.wheel.present) {
@@ -85,7 +95,6 @@ void DrFilter::FindInState(const FilterState& state) {
   };
   once(state.heading_stuck, DrDiagnosis::kHeadingStuck);
   once(state.counters.parted > 0, DrDiagnosis::kParted);
-  once(state.accel_unfit, DrDiagnosis::kAccelUnfit);
   once(state.wheels_stand, DrDiagnosis::kWheelsStand);
   once(state.wheel_turn_stuck && !state.wheels_stand, DrDiagnosis::kWheelTurnStuck);
   once(std::abs(state.yaw_scale - 1) > kOtherTrack &&
@@ -98,7 +107,19 @@ void DrFilter::FindInState(const FilterState& state) {
 }
 
 void DrFilter::Restart(Utime utime) {
-  RestartFrom(model_.Restarted(history_.back().after, utime), utime);
+  Entry base = BaseAt(utime, model_.Restarted(history_.back().after, utime));
+  if (twin_) base.twin = twin_->Restarted(history_.back().twin, utime);
+  RestartFrom(std::move(base));
+}
+
+DrFilter::Entry DrFilter::BaseAt(Utime utime, FilterState state) {
+  return {{utime - DurationUs{1}, WheelBegin{}}, std::move(state), {}};
+}
+
+DrFilter::Entry DrFilter::FirstAt(Utime utime) const {
+  Entry base = BaseAt(utime, model_.Initial(utime));
+  if (twin_) base.twin = twin_->Initial(utime);
+  return base;
 }
 
 // What a useless IMU did to the filter so far is not to be trusted either.
@@ -106,7 +127,19 @@ void DrFilter::GoOnWithoutImu(Utime utime) {
   const SE3 T_OB = history_.back().after.T_OS * model_.T_SB();
   calibration_.imu.present = false;
   model_ = DrModel(config_, calibration_);
-  RestartFrom(model_.RestartedWithoutImu(history_.back().after, T_OB, utime), utime);
+  twin_.reset();
+  RestartFrom(BaseAt(utime, model_.RestartedWithoutImu(history_.back().after, T_OB, utime)));
+}
+
+void DrFilter::GoOnWithoutAccelerometer() {
+  const Entry& newest = history_.back();
+  const TwinFrame frame = FrameOfTwin(newest.after.T_OS * model_.T_SB(), newest.twin.T_OS);
+  for (Entry& entry : history_) entry.after = GoOnAsTwin(entry.twin, frame, entry.after);
+  calibration_.imu.has_accel = false;
+  model_ = *twin_;
+  twin_.reset();
+  ++counters_.resets;
+  FindOnce(DrDiagnosis::kAccelUnfit);
 }
 
 void DrFilter::CheckTurn(WheelSample* sample) {
@@ -118,9 +151,8 @@ void DrFilter::CheckTurn(WheelSample* sample) {
   chain_.Clear();
 }
 
-void DrFilter::RestartFrom(FilterState state, Utime utime) {
+void DrFilter::RestartFrom(Entry base) {
   ++counters_.resets;
-  Entry base{{utime - DurationUs{1}, WheelBegin{}}, std::move(state)};
   history_.clear();
   history_.push_back(std::move(base));
   vision_.Clear();
@@ -137,30 +169,34 @@ std::optional<size_t> DrFilter::Insert(Event event) {
   while (it != history_.begin() && !before(std::prev(it)->event, event)) --it;
   if (it != history_.end() && !before(event, it->event)) return std::nullopt;
   const size_t index = static_cast<size_t>(it - history_.begin());
-  history_.insert(it, Entry{std::move(event), FilterState{}});
+  history_.insert(it, Entry{std::move(event), {}, {}});
   return index;
+}
+
+bool DrFilter::Step(const DrModel& model, const Event& event, const FilterState& before,
+                    FilterState& after) {
+  after = before;
+  after.transition.setIdentity();
+  if (const auto* imu = std::get_if<ImuSample>(&event.sample)) {
+    model.ApplyImu(*imu, after);
+  } else if (const auto* wheel = std::get_if<WheelSample>(&event.sample)) {
+    model.ApplyWheel(*wheel, after);
+  } else if (const auto* verdict = std::get_if<VisionVerdict>(&event.sample)) {
+    model.ApplyVerdict(*verdict, after);
+  } else {
+    model.ApplyWheelBegin(event.utime, after);
+  }
+  if (after.P.allFinite() && after.T_OS.IsFinite() && after.v_OS_S.allFinite()) return true;
+  after = model.Restarted(before, event.utime);
+  return false;
 }
 
 void DrFilter::ReplayFrom(size_t index) {
   for (size_t i = index; i < history_.size(); ++i) {
     Entry& entry = history_[i];
-    entry.after = history_[i - 1].after;
-    FilterState& state = entry.after;
-    state.transition.setIdentity();
-    if (const auto* imu = std::get_if<ImuSample>(&entry.event.sample)) {
-      model_.ApplyImu(*imu, state);
-    } else if (const auto* wheel = std::get_if<WheelSample>(&entry.event.sample)) {
-      model_.ApplyWheel(*wheel, state);
-    } else if (const auto* verdict = std::get_if<VisionVerdict>(&entry.event.sample)) {
-      model_.ApplyVerdict(*verdict, state);
-    } else {
-      model_.ApplyWheelBegin(entry.event.utime, state);
-    }
-    if (!state.P.allFinite() || !state.T_OS.IsFinite() || !state.v_OS_S.allFinite()) {
-      ++counters_.resets;
-      const FilterState restarted = model_.Restarted(history_[i - 1].after, entry.event.utime);
-      entry.after = restarted;
-    }
+    const Entry& before = history_[i - 1];
+    if (!Step(model_, entry.event, before.after, entry.after)) ++counters_.resets;
+    if (twin_) Step(*twin_, entry.event, before.twin, entry.twin);
   }
 }
 
@@ -188,8 +224,7 @@ DrFilter::Output DrFilter::Push(const ImuSample& raw) {
   sample = *checked;
   if (!CheckTime(sample.utime, sample.utime, suspect_imu_)) return Finish(false);
   if (history_.empty()) {
-    history_.push_back(
-        {{sample.utime - DurationUs{1}, WheelBegin{}}, model_.Initial(sample.utime)});
+    history_.push_back(FirstAt(sample.utime));
   }
   if (sample.utime <= history_.front().event.utime && !TakeLate(sample.utime, sample.utime)) {
     return Finish(false);
@@ -251,8 +286,7 @@ DrFilter::Output DrFilter::Push(const WheelSample& raw) {
     return Finish(false);
   }
   if (history_.empty()) {
-    history_.push_back(
-        {{sample.utime_begin - DurationUs{1}, WheelBegin{}}, model_.Initial(sample.utime_begin)});
+    history_.push_back(FirstAt(sample.utime_begin));
   }
   // The first interval after a start or restart reaches back before it; that alone is no loss.
   if (sample.utime_begin <= history_.front().event.utime &&
@@ -308,6 +342,7 @@ void DrFilter::Apply(const std::optional<VisionVerdict>& verdict) {
 
 DrFilter::Output DrFilter::Finish(bool publish) {
   Output out;
+  if (twin_ && !history_.empty() && history_.back().after.accel_unfit) GoOnWithoutAccelerometer();
   if (publish) {
     // One state before the window stays: the base on which the oldest sample in it is applied.
     const Utime oldest = history_.back().after.utime - Milliseconds(config_.history_ms);

@@ -90,6 +90,7 @@ class DrFilter {
   struct Entry {
     Event event;
     FilterState after;
+    FilterState twin;  // of model twin_, where there is one
   };
 
   DrFilter(const DrEkfConfig& config, const Calibration& calibration);
@@ -98,9 +99,13 @@ class DrFilter {
   bool CheckTime(Utime begin, Utime utime, std::optional<Utime>& suspect);
   void Restart(Utime utime);
   void GoOnWithoutImu(Utime utime);
+  // An accelerometer that was found unfit takes with it what it has told.
+  void GoOnWithoutAccelerometer();
   // Gives the wheels' sample to the check of the IMU, its turn the right way round.
   void CheckTurn(WheelSample* sample);
-  void RestartFrom(FilterState state, Utime utime);
+  static Entry BaseAt(Utime utime, FilterState state);
+  Entry FirstAt(Utime utime) const;
+  void RestartFrom(Entry base);
   // A sample older than the history. True: so are all for half a second of their own time, and the
   // filter began anew at `begin`.
   bool TakeLate(Utime begin, Utime utime);
@@ -112,6 +117,9 @@ class DrFilter {
   // Puts the event in order; returns its index, or none when an equal one is there.
   std::optional<size_t> Insert(Event event);
   void ReplayFrom(size_t index);
+  // Of one entry, for a state of this model; false: it began anew.
+  static bool Step(const DrModel& model, const Event& event, const FilterState& before,
+                   FilterState& after);
   // Takes effect from the newest state on: what was published stays.
   void Apply(const std::optional<VisionVerdict>& verdict);
   Output Finish(bool publish);
@@ -119,6 +127,8 @@ class DrFilter {
   DrEkfConfig config_;
   Calibration calibration_;
   DrModel model_;
+  // Never uses the accelerometer, for as long as model_ does.
+  std::optional<DrModel> twin_;
   VisionWitness vision_;
   std::deque<Entry> history_;         // in order; the first is the base that nothing can precede
   std::optional<Utime> suspect_imu_;  // a jump ahead that waits for confirmation

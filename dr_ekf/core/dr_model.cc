@@ -76,7 +76,6 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
   state.climb = before.climb;
   state.crab = before.crab;
   state.turn_centre = before.turn_centre;
-  state.accel_unfit = before.accel_unfit;
   state.accel_noise = before.accel_noise;
   state.turn_noise = before.turn_noise;
   state.heading_stuck = before.heading_stuck;

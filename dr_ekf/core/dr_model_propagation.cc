@@ -146,8 +146,7 @@ Eigen::Matrix<double, 9, 9> DrModel::NoiseDensity(const Rates& rates,
   if (!state.aligned) turn.head<2>().setConstant(2 * Square(kFloorTilt) * tilt_rate);
   Eigen::Matrix<double, 9, 9> density = G * turn.asDiagonal() * G.transpose();
   if (rates.accel) {
-    density.diagonal().segment<3>(kVelocity).array() +=
-        (state.accel_unfit ? NoiseFactor::kMost : 1.0) * Square(imu_.accel_noise);
+    density.diagonal().segment<3>(kVelocity).array() += Square(imu_.accel_noise);
   } else {
     const double side = SideVariance(v.norm(), rates.w.z()) / Square(kLateralCorrelation);
     density.diagonal().segment<3>(kVelocity) +=

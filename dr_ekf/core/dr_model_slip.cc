@@ -1,7 +1,6 @@
 // DrModel: health of the wheels. Who accuses them, who is believed, and how they are trusted again.
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "dr_ekf/core/dr_model.h"
 #include "dr_ekf/core/error_state.h"
@@ -37,7 +36,6 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
   const bool was_rejecting = gate.rejecting;
   const SlipGate::Verdict verdict = gate.Judge(judged, share * config_.gate_sigma, excess);
   if (verdict == SlipGate::Verdict::kAgrees) return verdict;
-  if (state.accel_unfit) return SlipGate::Verdict::kOutlier;  // it accuses nobody
   ++state.counters.gated_wheel_way;
   if (verdict == SlipGate::Verdict::kOutlier) return verdict;
   FlagSlip(state.utime, 0, state);
@@ -66,20 +64,7 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
 }
 
 void DrModel::FindUnfit(FilterState& state) const {
-  if (state.accel_unfit) return;
   state.accel_unfit = true;
-  // What it has told of the wheels' scale, and of where they roll, is void.
-  state.wheel_scale = 1;
-  state.crab = state.turn_centre = 0;
-  for (const auto& [index, sigma] :
-       {std::pair(kWheelScale, config_.wheel_scale_sigma), std::pair(kCrab, kAskewPrior),
-        std::pair(kTurnCentre, kTurnCentrePrior)}) {
-    state.P.row(index).setZero();
-    state.P.col(index).setZero();
-    state.P(index, index) = Square(sigma);
-  }
-  state.forward_gate = state.sideways_gate = {};
-  DoubtAccelerometer(0, kSpeedSlack, state);
 }
 
 void DrModel::DoubtAccelerometer(int axis, double speed_error, FilterState& state) const {

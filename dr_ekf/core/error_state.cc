@@ -50,10 +50,10 @@ void Update(const Eigen::Matrix<double, kRows, kErrorSize>& H,
   const Eigen::Matrix<double, kErrorSize, kRows> PHt = state.P * H.transpose();
   const Eigen::Matrix<double, kRows, kRows> S = H * PHt + R;
   Eigen::Matrix<double, kErrorSize, kRows> K = S.ldlt().solve(PHt.transpose()).transpose();
-  // An unfit accelerometer, or bad stamps, tell nothing of the wheels' scale; nor does the former,
-  // or a way that is not rolled, tell where the wheels roll.
-  if (state.accel_unfit || state.scale_untold) K.row(kWheelScale).setZero();
-  if (state.accel_unfit || state.rolling_untold) {
+  // Bad stamps tell nothing of the wheels' scale, nor does a way that is not rolled tell where the
+  // wheels roll.
+  if (state.scale_untold) K.row(kWheelScale).setZero();
+  if (state.rolling_untold) {
     K.template middleRows<kClone - kCrab>(kCrab).setZero();
   }
   if (hold) {

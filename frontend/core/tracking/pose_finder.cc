@@ -31,9 +31,11 @@ constexpr MatcherLimits kSecondStageLimits{.max_distance = 80, .max_ratio = 0.85
 // prediction is right, 20 to 1. Around a right one 0.5 to 1 of them did (a person before a
 // hand-held camera), around one that was wrong by a few pixels 0.05 to 0.36 (wheels that count
 // backwards).
+constexpr double kFitWhereRight = 0.6;
+
 bool ConfirmsPrediction(int fitting, int similar) {
-  constexpr double kRight = 0.6, kWrong = 0.2;
-  return LogOdds(fitting, similar, kRight, kWrong) > std::log(20.0);
+  constexpr double kWrong = 0.2;
+  return LogOdds(fitting, similar, kFitWhereRight, kWrong) > std::log(20.0);
 }
 
 // The landmarks of a pose, sorted. match: per feature 0 where it shows one of them, and is taken;
@@ -283,12 +285,35 @@ bool PoseFinder::Fits(size_t feature, const Eigen::Vector3d& p_C) const {
          FitOf(camera_, PixelOf(frame_->features[feature], pyramid_), p_C).pixel_ok();
 }
 
+// What `other` leaves unexplained, as a camera at T_WC would see it.
+PoseFinder::Rest PoseFinder::RestAt(const SE3& T_WC, const SE3& T_WC_other,
+                                    const std::vector<Candidate>& candidates,
+                                    std::vector<int> match) const {
+  Rest rest;
+  std::vector<Candidate> asked = candidates;
+  rest.similar = matcher_.Match(T_WC, asked, 1, Image(), kSecondStageLimits, &match);
+  rest.match.assign(match.size(), -1);
+  const SE3 T_CW = T_WC.inverse(), T_CW_other = T_WC_other.inverse();
+  for (size_t i = 0; i < match.size(); ++i) {
+    if (match[i] < 1) continue;
+    const int k = match[i] - 1;
+    const Eigen::Vector3d& p_W = candidates[static_cast<size_t>(k)].point->p_W;
+    if (!Fits(i, T_CW * p_W)) continue;
+    if (Fits(i, T_CW_other * p_W)) {
+      --rest.similar;  // tells nothing
+      continue;
+    }
+    rest.match[i] = k;
+    ++rest.fitting;
+  }
+  return rest;
+}
+
 FoundPose PoseFinder::FollowRest(const PosePrediction& prediction, const FoundPose& other,
                                  KeyframeId reference, LocalMap* map) const {
   std::vector<int> match;
   const std::vector<LandmarkId> explained = Explained(other, &match);
   Association a;
-  a.match.assign(match.size(), -1);
   a.outlier.assign(match.size(), 0);
   KeyframeId nearest;
   std::vector<const MapPoint*> points;
@@ -297,25 +322,19 @@ FoundPose PoseFinder::FollowRest(const PosePrediction& prediction, const FoundPo
     if (std::binary_search(explained.begin(), explained.end(), point->id)) continue;
     a.candidates.push_back({point, &point->descriptor, -1, kSecondStageRadius});
   }
-  int similar =
-      matcher_.Match(prediction.T_WC, a.candidates, 1, Image(), kSecondStageLimits, &match);
-  const SE3 T_CW = prediction.T_WC.inverse(), T_CW_other = other.estimate.T_WC.inverse();
-  int fitting = 0;
-  for (size_t i = 0; i < match.size(); ++i) {
-    if (match[i] < 1) continue;
-    const int k = match[i] - 1;
-    const Eigen::Vector3d& p_W = a.candidates[static_cast<size_t>(k)].point->p_W;
-    if (!Fits(i, T_CW * p_W)) continue;
-    if (Fits(i, T_CW_other * p_W)) {
-      --similar;  // tells nothing
-      continue;
-    }
-    a.match[i] = k;
-    ++fitting;
-  }
-  a.num_first_stage = similar;
+  const SE3& T_WC_other = other.estimate.T_WC;
+  // As far from the other pose to the other side nothing fits but by chance.
+  const SE3 T_WC_control = T_WC_other * (prediction.T_WC.inverse() * T_WC_other);
+  const Rest control = RestAt(T_WC_control, T_WC_other, a.candidates, match);
+  Rest rest = RestAt(prediction.T_WC, T_WC_other, a.candidates, std::move(match));
+  a.match = std::move(rest.match);
+  a.num_first_stage = rest.similar;
+  const double by_chance = (control.fitting + 1.0) / (control.similar + 2.0);
+  const bool confirms =
+      by_chance < kFitWhereRight &&
+      LogOdds(rest.fitting, rest.similar, kFitWhereRight, by_chance) > kDecisiveLogOdds;
   // A handful fits by chance where things look alike; as for any pose, it takes a few.
-  if (fitting >= config_.min_inliers && ConfirmsPrediction(fitting, similar)) {
+  if (rest.fitting >= config_.min_inliers && confirms) {
     a.scale = PriorScale(config_.variant, 0, 0, config_.dr_weight);
     Estimate(prediction.T_WC, PriorFor(prediction, a.scale), &a);
   }

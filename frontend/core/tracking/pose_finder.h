@@ -95,7 +95,15 @@ class PoseFinder {
     DrScale scale;
   };
 
+  struct Rest {              // of the image, seen from one pose, that another does not explain
+    std::vector<int> match;  // per feature: the candidate that it fits to, or -1
+    int fitting = 0;
+    int similar = 0;  // features that look like a candidate in its window, and tell
+  };
+
   bool Fits(size_t feature, const Eigen::Vector3d& p_C) const;
+  Rest RestAt(const SE3& T_WC, const SE3& T_WC_other, const std::vector<Candidate>& candidates,
+              std::vector<int> match) const;
   float SearchRadius(const Matrix6d& cov) const;
   bool IsFounded(const PosePrediction& prediction, const Association& a, int fewest) const;
   int FewestMatches(const PosePrediction& prediction, const DrScale& scale) const;

@@ -79,5 +79,48 @@ TEST(PoseFinder, WithoutAPriorThereIsNoPredictionToConfirm) {
   EXPECT_TRUE(FindWith(13, false).found);
 }
 
+// An image in which so many landmarks lie where the prediction has them, and the others as far from
+// a pose that explains none of them to the other side.
+FoundPose FollowRestWith(int fitting) {
+  const RectifiedCamera camera = TestCamera(6);
+  const Keyframe view = View(camera);
+  const FrontendConfig config;
+  const Pyramid pyramid(config.orb.scale_factor, config.orb.num_levels);
+  LocalMap map(camera, pyramid);
+  map.AddKeyframe(view);
+  const SE3 T_turn(ExpSO3({0, 2.8 / camera.fx, 0}), Eigen::Vector3d::Zero());  // 2.8 px aside
+  PosePrediction prediction;
+  prediction.T_WC = T_turn;
+  prediction.has_prior = true;
+  prediction.search_cov = Matrix6d::Identity() * 1e-4;
+  prediction.weight_cov = prediction.honest_cov = Matrix6d::Identity() * 1e-6;
+  FeatureFrame frame;
+  frame.features = view.features;
+  frame.descriptors = view.descriptors;
+  frame.num_detected = kLandmarks;
+  for (int i = 0; i < kLandmarks; ++i) {
+    Feature& f = frame.features[i];
+    const Eigen::Vector3d p_W = camera.Unproject(f.u, f.v, f.depth);
+    const SE3 T_WC = i < fitting ? T_turn : T_turn.inverse();
+    const Eigen::Vector2d pixel = camera.Project(T_WC.inverse() * p_W);
+    f.u = static_cast<float>(pixel.x());
+    f.v = static_cast<float>(pixel.y());
+  }
+  FoundPose other;
+  other.found = true;
+  other.landmarks.resize(kLandmarks);
+  PoseFinder finder(config, camera, pyramid);
+  finder.SetImage(&frame, 1);
+  return finder.FollowRest(prediction, other, view.id, &map);
+}
+
+TEST(PoseFinder, TheRestConfirmsWhereMoreFitsThanOnTheOtherSide) {
+  EXPECT_TRUE(FollowRestWith(25).found);
+}
+
+TEST(PoseFinder, WhatFitsOnBothSidesAlikeIsChance) {
+  EXPECT_FALSE(FollowRestWith(15).found);
+}
+
 }  // namespace
 }  // namespace gw::frontend

@@ -80,7 +80,7 @@ FoundPose PoseSearch::Decide(const PosePrediction& prediction, TrackedImage* ima
       // What fits to this pose besides is a witness from now on.
       finder_.Complete(map_, &rest);
       image->agreed = true;
-      witnesses_->Refute(image->utime);
+      witnesses_->Accuse(image->utime);
       return rest;
     }
   }

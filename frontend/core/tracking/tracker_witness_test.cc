@@ -204,6 +204,21 @@ void PutPerson(double right, int index, FeatureFrame* frame) {
 }
 
 // Who walks slower than here (1.3 m in 3 s) is followed for a part of a second, or by 2 cm.
+TEST(Witnesses, OneImageIsNoProof) {
+  Witnesses witnesses(nullptr, nullptr);
+  const auto at = [](int64_t ms) { return Utime{0} + Milliseconds(ms); };
+  witnesses.Accuse(at(0));
+  EXPECT_FALSE(witnesses.Refuted(at(0)));
+  witnesses.Accuse(at(900));
+  EXPECT_FALSE(witnesses.Refuted(at(900)));
+  witnesses.Accuse(at(1000));
+  EXPECT_TRUE(witnesses.Refuted(at(1100)));
+  witnesses.Clear();
+  EXPECT_FALSE(witnesses.Refuted(at(1100)));
+  witnesses.Accuse(at(1200));
+  EXPECT_FALSE(witnesses.Refuted(at(1200)));
+}
+
 TEST(Tracker, APersonWhoWalksByDoesNotCarryThePose) {
   constexpr int kCome = 100, kGo = 300;  // images
   FrontendConfig config;

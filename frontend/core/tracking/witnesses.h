@@ -51,10 +51,18 @@ class Witnesses {
   bool Stands(const FoundPose& found) const { return standing_.Count(found.landmarks) > 0; }
   bool KnowAny() const { return standing_.KnowsAny(); }
 
-  // Vision follows what is not the world, until an image that agrees shows what stands still. What
-  // was known to stand is forgotten after a while, and cannot clear vision then.
-  void Refute(Utime utime) { refuted_ = utime; }
-  void Clear() { refuted_.reset(); }
+  // The rest of the image contradicts vision. What two images say, within the time in which a
+  // landmark proves to stand still, is no accident of one: vision follows what is not the world,
+  // until an image that agrees shows what stands still. What was known to stand is forgotten after
+  // a while, and cannot clear vision then.
+  void Accuse(Utime utime) {
+    if (accused_ && utime - *accused_ <= StandingLandmarks::kProof) refuted_ = utime;
+    accused_ = utime;
+  }
+  void Clear() {
+    accused_.reset();
+    refuted_.reset();
+  }
   bool Refuted(Utime now) const {
     return refuted_ && now - *refuted_ <= StandingLandmarks::kMemory;
   }
@@ -67,7 +75,7 @@ class Witnesses {
   // Another place: nothing of what was seen is known here.
   void Forget() {
     standing_ = StandingLandmarks();
-    refuted_.reset();
+    Clear();
   }
 
  private:
@@ -76,7 +84,9 @@ class Witnesses {
   const MotionModel* motion_;
   const AnchorHistory* anchors_;
   StandingLandmarks standing_;
-  std::optional<Utime> refuted_;  // when, if nothing that stands still has been seen since
+  // When, if nothing that stands still has been seen since.
+  std::optional<Utime> accused_;
+  std::optional<Utime> refuted_;
 };
 
 }  // namespace gw::frontend

@@ -1,0 +1,32 @@
+#include "dr_ekf/core/without_accelerometer.h"
+
+#include <cmath>
+
+namespace gw::dr_ekf {
+
+TwinFrame FrameOfTwin(const SE3& T_OB, const SE3& T_OB_twin) {
+  const Eigen::Vector3d ahead = T_OB.rotation() * Eigen::Vector3d::UnitX();
+  const Eigen::AngleAxisd heading(std::atan2(ahead.y(), ahead.x()), Eigen::Vector3d::UnitZ());
+  const SE3 flat(Eigen::Quaterniond(heading), T_OB.translation());
+  return {flat * T_OB_twin.inverse(), flat.Adjoint() * (T_OB_twin.inverse() * flat).Log()};
+}
+
+FilterState GoOnAsTwin(const FilterState& twin, const TwinFrame& frame, const FilterState& before) {
+  FilterState state = twin;
+  state.reset_counter = before.reset_counter + 1;
+  state.counters = before.counters;
+  state.wheels_stand = before.wheels_stand;
+  // Errors of the state are relative to its poses and stay what they are; that of the frame is one
+  // that pose and clone have in common.
+  state.T_OS = frame.T_O_twin * twin.T_OS;
+  state.T_OS_clone = frame.T_O_twin * twin.T_OS_clone;
+  const Vector6d pose = state.T_OS.inverse().Adjoint() * frame.error;
+  const Vector6d clone = state.T_OS_clone.inverse().Adjoint() * frame.error;
+  state.P.block<6, 6>(kPose, kPose) += pose * pose.transpose();
+  state.P.block<6, 6>(kClone, kClone) += clone * clone.transpose();
+  state.P.block<6, 6>(kPose, kClone) += pose * clone.transpose();
+  state.P.block<6, 6>(kClone, kPose) += clone * pose.transpose();
+  return state;
+}
+
+}  // namespace gw::dr_ekf

@@ -148,7 +148,9 @@ Result<Done> LiveBus::Subscribe(const std::string& channel, Handler handler) {
                                      ": multicast does not come back to this host; check "
                                      "firewall and route"};
   }
-  lcm_subscription_set_queue_capacity(subscription, known->queue_capacity);
+  const bool limited = most_images_ && channel == wire::kCamera;
+  lcm_subscription_set_queue_capacity(subscription,
+                                      limited ? *most_images_ : known->queue_capacity);
   return Done{};
 }
 

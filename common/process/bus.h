@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,6 +54,11 @@ class LiveBus : public Bus {
   int fd() const override;
   Result<int> Pump(int timeout_ms) override;
 
+  // At most so many images wait for this process, in place of those of channels.h: one that only
+  // shows them needs the newest, and LCM's buffer, which never shrinks, stays small. Call before
+  // Subscribe.
+  void HoldImages(int most) { most_images_ = most; }
+
   // Empty, or why images may get lost and the command against it.
   const std::string& warning() const { return warning_; }
 
@@ -63,6 +69,7 @@ class LiveBus : public Bus {
   _lcm_t* lcm_;
   std::string url_;
   std::string warning_;
+  std::optional<int> most_images_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
   std::exception_ptr thrown_;
 };

@@ -82,6 +82,19 @@ TEST_F(LiveBusTest, KeepsEveryImuSampleOfAStall) {
   EXPECT_TRUE(in_order);
 }
 
+TEST_F(LiveBusTest, HoldsNoMoreImagesThanItIsTold) {
+  int images = 0, samples = 0;
+  bus_->HoldImages(3);
+  ASSERT_TRUE(bus_->Subscribe("CAMERA", [&](auto, Utime) { ++images; }).ok());
+  ASSERT_TRUE(bus_->Subscribe("IMU", [&](auto, Utime) { ++samples; }).ok());
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(bus_->Publish("CAMERA", Bytes(100)).ok());
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(bus_->Publish("IMU", Bytes(100)).ok());
+  ::usleep(200'000);  // until all have arrived, and no more than three images were kept
+  PumpUntil(samples, 10);
+  EXPECT_GE(images, 1);
+  EXPECT_LE(images, 3 + 1);  // LCM holds one more
+}
+
 TEST_F(LiveBusTest, HandlersMayThrow) {
   int count = 0;
   ASSERT_TRUE(bus_->Subscribe("DR",

@@ -26,6 +26,9 @@ struct Arguments {
   std::vector<std::string> origins = {"https://app.foxglove.dev"};
 };
 
+// A tenth of a second at 30 Hz: clients get at most ten images a second.
+constexpr int kImagesThatWait = 3;
+
 int Fail(const Error& error) {
   std::fprintf(stderr, "<3>gw-view: %s\n", error.message.c_str());
   return ExitCodeFor(error);
@@ -116,6 +119,7 @@ int Run(Arguments arguments) {
     auto created = process::LiveBus::Create(arguments.url);
     if (!created) return Fail(created.error());
     bus = std::move(*created);
+    bus->HoldImages(kImagesThatWait);
     if (!bus->warning().empty()) std::fprintf(stderr, "gw-view: %s\n", bus->warning().c_str());
   } else {
     auto opened = LogPlayer::Open(arguments.log, *options, arguments.speed);

@@ -133,12 +133,13 @@ void DrFilter::GoOnWithoutImu(Utime utime) {
 
 void DrFilter::GoOnWithoutAccelerometer() {
   const Entry& newest = history_.back();
-  const TwinFrame frame = FrameOfTwin(newest.after.T_OS * model_.T_SB(), newest.twin.T_OS);
+  const TwinFrame frame = FrameOfTwin(newest.after.T_OS * model_.T_SB(), newest.twin.T_OS,
+                                      config_.gate_sigma * kFloorTilt);
   for (Entry& entry : history_) entry.after = GoOnAsTwin(entry.twin, frame, entry.after);
   calibration_.imu.has_accel = false;
   model_ = *twin_;
   twin_.reset();
-  ++counters_.resets;
+  counters_.resets += frame.levelled;
   FindOnce(DrDiagnosis::kAccelUnfit);
 }
 

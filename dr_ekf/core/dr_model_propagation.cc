@@ -1,5 +1,6 @@
 // DrModel: from one instant to the next with the rates of the IMU, or with what a wheeled robot is
 // taken to do without one.
+#include <algorithm>
 #include <cmath>
 
 #include "dr_ekf/core/dr_model.h"
@@ -11,6 +12,15 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+// Where nothing tells "up", a floor does. A tilt is there where the accelerometer that told it
+// turned out to be unfit; no gyro tells of its end, so that it goes no faster than floors tilt.
+Eigen::Quaterniond Levelling(double way, const FilterState& state) {
+  const Vector3d up_S = state.T_OS.rotation().conjugate() * Vector3d::UnitZ();
+  const Vector3d tilt(-up_S.y(), up_S.x(), 0);
+  const double most = kFloorTilt * way / kFloorTiltWay;
+  return ExpSO3(std::min(1.0, most / std::max(tilt.norm(), 1e-12)) * tilt);
+}
 
 }  // namespace
 
@@ -83,6 +93,7 @@ DrModel::Step DrModel::StepOf(const Rates& rates, double dt, const FilterState& 
     Vector6d twist;
     twist << v, rates.w;
     step.T = SE3::Exp(twist * dt);
+    if (!state.aligned) step.T = step.T * SE3(Levelling(v.norm() * dt, state), Vector3d::Zero());
     step.v_after = v.cwiseProduct(step.fade);
   }
   return step;

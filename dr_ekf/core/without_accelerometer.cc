@@ -4,16 +4,24 @@
 
 namespace gw::dr_ekf {
 
-TwinFrame FrameOfTwin(const SE3& T_OB, const SE3& T_OB_twin) {
-  const Eigen::Vector3d ahead = T_OB.rotation() * Eigen::Vector3d::UnitX();
-  const Eigen::AngleAxisd heading(std::atan2(ahead.y(), ahead.x()), Eigen::Vector3d::UnitZ());
-  const SE3 flat(Eigen::Quaterniond(heading), T_OB.translation());
-  return {flat * T_OB_twin.inverse(), flat.Adjoint() * (T_OB_twin.inverse() * flat).Log()};
+TwinFrame FrameOfTwin(const SE3& T_OB, const SE3& T_OB_twin, double most_tilt) {
+  const Eigen::Vector3d up_B = T_OB.rotation().conjugate() * Eigen::Vector3d::UnitZ();
+  TwinFrame frame;
+  frame.levelled = up_B.z() < std::cos(most_tilt);
+  SE3 kept = T_OB;
+  if (frame.levelled) {
+    const Eigen::Vector3d ahead = T_OB.rotation() * Eigen::Vector3d::UnitX();
+    const Eigen::AngleAxisd heading(std::atan2(ahead.y(), ahead.x()), Eigen::Vector3d::UnitZ());
+    kept = SE3(Eigen::Quaterniond(heading), T_OB.translation());
+  }
+  frame.T_O_twin = kept * T_OB_twin.inverse();
+  frame.error = kept.Adjoint() * (T_OB_twin.inverse() * kept).Log();
+  return frame;
 }
 
 FilterState GoOnAsTwin(const FilterState& twin, const TwinFrame& frame, const FilterState& before) {
   FilterState state = twin;
-  state.reset_counter = before.reset_counter + 1;
+  state.reset_counter = before.reset_counter + frame.levelled;
   state.counters = before.counters;
   state.wheels_stand = before.wheels_stand;
   // Errors of the state are relative to its poses and stay what they are; that of the frame is one

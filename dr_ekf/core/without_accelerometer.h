@@ -1,5 +1,5 @@
-// From a filter that used the accelerometer to one that never did: place and heading are those of
-// before, all that is known besides is what wheels and gyro tell, and "up" is that of the floor
+// From a filter that used the accelerometer to one that never did: the pose is that of before, all
+// that is known besides is what wheels and gyro tell
 // (docs/adr/0062-an-unfit-stream-takes-its-lessons-along.md).
 #pragma once
 
@@ -14,13 +14,15 @@ struct TwinFrame {
   // Both filters had the same samples: where the twin is instead is what may be wrong with the pose
   // that is kept, one sigma. Perturbation of the frame, in O.
   Vector6d error = Vector6d::Zero();
+  // The filter had come to a tilt that no floor has. It is gone in one step, which is no motion:
+  // reset_counter moves on.
+  bool levelled = false;
 };
 
-// T_OB: of the filter, T_OB_twin: of its twin, at one instant.
-TwinFrame FrameOfTwin(const SE3& T_OB, const SE3& T_OB_twin);
+// T_OB: of the filter, T_OB_twin: of its twin, at one instant. most_tilt: rad, that a floor has.
+TwinFrame FrameOfTwin(const SE3& T_OB, const SE3& T_OB_twin, double most_tilt);
 
-// The twin's state (S is B) in the place of `before`, which is of the same instant. The tilt that
-// the accelerometer told is gone in one step, which is no motion: reset_counter moves on.
+// The twin's state (S is B) in the place of `before`, which is of the same instant.
 FilterState GoOnAsTwin(const FilterState& twin, const TwinFrame& frame, const FilterState& before);
 
 }  // namespace gw::dr_ekf

@@ -1,5 +1,6 @@
 #include "frontend/core/motion/dr_calibration.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -13,6 +14,8 @@ constexpr double kHeadingSigma = 0.002;  // rad
 constexpr double kWaySigma = 0.008;      // m
 // Scales drift with temperature and tyres: 0.1 % in 100 s.
 constexpr double kVarianceRate = 1e-8;  // 1/s
+// The bias of a gyro drifts with its temperature: 0.02 deg/s in 100 s.
+constexpr double kBiasVarianceRate = 1.2e-9;  // (rad/s)^2/s
 constexpr double kGateSigmas = 4;
 // Doubt of the scales of a DR source that says nothing of them.
 constexpr double kUntoldHeadingSigma = 0.01;
@@ -32,12 +35,16 @@ constexpr int kX = 0, kY = 1, kZ = 2, kHeading = 5;  // of a twist
 
 }  // namespace
 
-DrCalibration::DrCalibration()
-    : sideways_{0, kYawSigma * kYawSigma}, upwards_{0, kPitchSigma * kPitchSigma} {}
+DrCalibration::DrCalibration(const Eigen::Vector3d& up_I)
+    : up_I_(up_I), sideways_{0, kYawSigma * kYawSigma}, upwards_{0, kPitchSigma * kPitchSigma} {}
 
-DrCalibration::Told DrCalibration::Heading(const DrState& dr) {
-  return Bounded(dr.turn_scale,
-                 dr.turn_scale_sigma > 0 ? dr.turn_scale_sigma : kUntoldHeadingSigma);
+DrCalibration::ToldTurn DrCalibration::Heading(const DrState& dr) const {
+  const Told scale =
+      Bounded(dr.turn_scale, dr.turn_scale_sigma > 0 ? dr.turn_scale_sigma : kUntoldHeadingSigma);
+  // Without a gyro, or a word of how well it is known, there is no bias to find.
+  const double variance = dr.imu_alive ? dr.cov_twist_coherent(kHeading, kHeading) : 0;
+  return {{scale.scale, up_I_.dot(dr.gyro_bias_rad_s)},
+          {scale.sigma, std::clamp(std::sqrt(std::max(0.0, variance)), 1e-6, 0.1)}};
 }
 
 DrCalibration::Told DrCalibration::Way(const DrState& dr) {
@@ -73,6 +80,36 @@ double DrCalibration::Scale::DoubtLeft(double told_sigma) const {
   return 1 / (1 + told_sigma * told_sigma * information);
 }
 
+Eigen::Matrix2d DrCalibration::Turn::Covariance(const ToldTurn& told) const {
+  Eigen::Matrix2d total = information;
+  total.diagonal() += told.sigma.cwiseAbs2().cwiseInverse();
+  return total.ldlt().solve(Eigen::Matrix2d::Identity());
+}
+
+Eigen::Vector2d DrCalibration::Turn::Fused(const ToldTurn& told) const {
+  const Eigen::Vector2d of_dr = told.value.cwiseQuotient(told.sigma.cwiseAbs2());
+  return Covariance(told) * (weighted + of_dr);
+}
+
+void DrCalibration::Turn::Update(double sensed, double measured, DurationUs length,
+                                 const ToldTurn& told) {
+  const Eigen::Vector2d tells(sensed, -length.seconds());
+  const double innovation = measured - tells.dot(Fused(told));
+  const double variance = kHeadingSigma * kHeadingSigma;
+  const double innovation_variance = tells.dot(Covariance(told) * tells) + variance;
+  if (innovation * innovation > kGateSigmas * kGateSigmas * innovation_variance) return;
+  information += tells * tells.transpose() / variance;
+  weighted += tells * measured / variance;
+}
+
+void DrCalibration::Turn::Forget(DurationUs time) {
+  const double faster =
+      std::max(information(0, 0) * kVarianceRate, information(1, 1) * kBiasVarianceRate);
+  const double kept = 1 / (1 + faster * time.seconds());
+  information *= kept;
+  weighted *= kept;
+}
+
 void DrCalibration::Direction::Update(double way, double beside, double sigma) {
   const double innovation = beside - estimate * way;
   const double innovation_variance = way * way * variance + sigma * sigma;
@@ -88,12 +125,14 @@ void DrCalibration::Window::Append(const SE3& T_dr, const SE3& T_vision, Duratio
   length = length + interval;
 }
 
-SE3 DrCalibration::Corrected(const SE3& T_BaBb, const DrState& dr) const {
+SE3 DrCalibration::Corrected(const SE3& T_BaBb, DurationUs interval, const DrState& dr) const {
   const Told way = Way(dr);
-  const Told heading = Heading(dr);
+  const ToldTurn told = Heading(dr);
+  const Eigen::Vector2d turn = heading_.Fused(told);
   Vector6d twist = T_BaBb.Log();
   twist[kX] *= way_.Fused(way) / way.scale;
-  twist[kHeading] *= heading_.Fused(heading) / heading.scale;
+  const double sensed = twist[kHeading] / told.value[0] + told.value[1] * interval.seconds();
+  twist[kHeading] = turn[0] * sensed - turn[1] * interval.seconds();
   twist[kY] += sideways_.estimate * twist[kX];
   twist[kZ] += upwards_.estimate * twist[kX];
   return SE3::Exp(twist);
@@ -101,17 +140,28 @@ SE3 DrCalibration::Corrected(const SE3& T_BaBb, const DrState& dr) const {
 
 void DrCalibration::Limit(DrNoise* noise, const DrState& dr) const {
   noise->coherent(kWayScale, kWayScale) *= way_.DoubtLeft(Way(dr).sigma);
-  noise->coherent(kTurnScale, kTurnScale) *= heading_.DoubtLeft(Heading(dr).sigma);
+  const ToldTurn told = Heading(dr);
+  const Eigen::Vector2d left =
+      heading_.Covariance(told).diagonal().cwiseQuotient(told.sigma.cwiseAbs2());
+  noise->coherent(kTurnScale, kTurnScale) *= left[0];
+  noise->coherent.row(kHeading) *= std::sqrt(left[1]);
+  noise->coherent.col(kHeading) *= std::sqrt(left[1]);
 }
 
 void DrCalibration::Observe(const SE3& T_BaBb_dr, const SE3& T_BaBb_vision, DurationUs interval,
                             const DrState& dr) {
+  const ToldTurn told = Heading(dr);
   window_.Append(T_BaBb_dr, T_BaBb_vision, interval);
+  window_.bias_turn += told.value[1] * interval.seconds();
+  // A filter that stands holds its heading, whatever it thinks of the bias.
+  if (dr.stationary) window_ = Window();
   if (window_.length >= kWindow) {
     const Vector6d by_dr = window_.dr.Log();
     const Vector6d by_vision = window_.vision.Log();
-    for (Scale* const scale : {&heading_, &way_}) scale->Forget(window_.length);
-    heading_.Update(by_dr[kHeading], by_vision[kHeading], kHeadingSigma, Heading(dr));
+    heading_.Forget(window_.length);
+    way_.Forget(window_.length);
+    heading_.Update(by_dr[kHeading] / told.value[0] + window_.bias_turn, by_vision[kHeading],
+                    window_.length, told);
     way_.Update(by_dr[kX], by_vision[kX], kWaySigma, Way(dr));
     window_ = Window();
   }

@@ -5,16 +5,19 @@
 // gyro know little of it: the DR filter tells what they know, an estimate and its doubt. The map
 // knows more. Two scalar filters, s = true motion / motion as the sensors measured it:
 //
-//   theta_vision = s theta_sensor + n       heading: rotation about body z over a window
-//   x_vision     = s x_sensor + n           way: translation along body x
+//   theta_vision = s theta_sensor - b t + n       heading: rotation about body z over a window t
+//   x_vision     = s x_sensor + n                 way: translation along body x
+//
+// b is the bias of the gyro about body z. Where the robot has not stood, only the wheels tell the
+// filter of it, and they drift by as much; vision sees a turn to a tenth of a degree in any second.
 //
 // A camera is mounted by hand, and looks a degree beside the way it is said to look: seen from it,
 // the base drives beside body x, by 17 mm per metre. Two more filters, for yaw and pitch:
 //
 //   y_vision = d x_sensor + n           and z alike, on straight ways
 //
-// Vision's knowledge of the scales is kept apart from the DR filter's, whose estimate moves on as
-// well; the two are independent and fused when a motion is corrected. Errors of the camera's own
+// Vision's knowledge of scales and bias is kept apart from the DR filter's, whose estimate moves on
+// as well; the two are independent and fused when a motion is corrected. Errors of the camera's own
 // calibration enter too: DR then agrees with the map that the robot comes back into, which is what
 // a blind span needs.
 #pragma once
@@ -28,11 +31,13 @@ namespace gw::frontend {
 
 class DrCalibration {
  public:
-  DrCalibration();
+  // up_I: body z in the IMU's axes, in which DR tells the bias of the gyro.
+  explicit DrCalibration(const Eigen::Vector3d& up_I);
 
-  // The motion without the errors known so far. Body frame. dr: what DR says of its scales.
-  SE3 Corrected(const SE3& T_BaBb, const DrState& dr) const;
-  // What is then left of DR's doubt in the scales.
+  // The motion without the errors known so far. Body frame. dr: what DR says of its scales and
+  // bias.
+  SE3 Corrected(const SE3& T_BaBb, DurationUs interval, const DrState& dr) const;
+  // What is then left of DR's doubt in scales and bias.
   void Limit(DrNoise* noise, const DrState& dr) const;
 
   // The body's motion between two images in a row that vision carries in full health, as DR tells
@@ -47,6 +52,7 @@ class DrCalibration {
   struct Window {
     SE3 dr, vision;
     DurationUs length{0};
+    double bias_turn = 0;  // rad, what DR took for the bias of the gyro
 
     void Append(const SE3& T_dr, const SE3& T_vision, DurationUs interval);
   };
@@ -69,6 +75,21 @@ class DrCalibration {
     // Variance of the two fused / variance told.
     double DoubtLeft(double told_sigma) const;
   };
+  // What the DR filter knows of scale and bias of what tells turns.
+  struct ToldTurn {
+    Eigen::Vector2d value;  // -, rad/s
+    Eigen::Vector2d sigma;
+  };
+  // What vision alone knows of them, in information form as above.
+  struct Turn {
+    Eigen::Vector2d weighted = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+    Eigen::Matrix2d Covariance(const ToldTurn& told) const;  // of the two fused
+    Eigen::Vector2d Fused(const ToldTurn& told) const;
+    // sensed: turn with scale and bias still in. What is far off is not used.
+    void Update(double sensed, double measured, DurationUs length, const ToldTurn& told);
+    void Forget(DurationUs time);
+  };
   // Where the base drives, as a slope against body x; small.
   struct Direction {
     double estimate;
@@ -76,12 +97,13 @@ class DrCalibration {
     // sigma: of the motion beside the way. What is far off is not used.
     void Update(double way, double beside, double sigma);
   };
-  static Told Heading(const DrState& dr);
+  ToldTurn Heading(const DrState& dr) const;
   static Told Way(const DrState& dr);
   static Told Bounded(double scale, double sigma);  // whatever a message says
 
+  Eigen::Vector3d up_I_;
   Window window_;
-  Scale heading_;
+  Turn heading_;
   Scale way_;
   Window straight_;
   Direction sideways_;

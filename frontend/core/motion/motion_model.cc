@@ -73,7 +73,7 @@ std::optional<MotionModel::Calibrated> MotionModel::DrBetween(Utime a, Utime b) 
   const auto told = dr_.Increment(a, b, kMaxExtrapolation, &noise);
   if (!told) return std::nullopt;
   learnt_.calibration.Limit(&noise, dr_.newest());
-  return Calibrated{*told, learnt_.calibration.Corrected(told->T_BaBb, dr_.newest()), noise};
+  return Calibrated{*told, learnt_.calibration.Corrected(told->T_BaBb, b - a, dr_.newest()), noise};
 }
 
 // A source that does not tell its noise has the nominal one. Any axes.
@@ -239,7 +239,7 @@ void MotionModel::TakeOutConstant() {
 }
 
 void MotionModel::LearnAnew(const DrConstant& constant) {
-  learnt_.calibration = DrCalibration();
+  learnt_.calibration = DrCalibration(up_I_);
   learnt_.trust = DrTrust();
   learnt_.constant = constant;
   window_.reset();

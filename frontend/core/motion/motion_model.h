@@ -33,8 +33,10 @@ struct Motion {
 
 class MotionModel {
  public:
-  MotionModel(const RectifiedCamera& camera, const FrontendConfig& config)
+  MotionModel(const RectifiedCamera& camera, const ImuCalibration& imu,
+              const FrontendConfig& config)
       : T_BC_(camera.T_BC),
+        up_I_(imu.T_BI.rotation().conjugate() * Eigen::Vector3d::UnitZ()),
         variant_(config.variant),
         dr_weight_(config.dr_weight),
         calibrate_dr_(config.calibrate_dr && dr_weight_.Departs(Departure::kCalibration)) {}
@@ -109,6 +111,7 @@ class MotionModel {
   static constexpr DurationUs kMaxExtrapolation = Milliseconds(60);
 
   SE3 T_BC_;
+  Eigen::Vector3d up_I_;
   Variant variant_;
   DrWeightConfig dr_weight_;
   DrHistory told_{DrTrust::kWindow + DrTrust::kWindow};  // DR as it is told
@@ -144,6 +147,7 @@ class MotionModel {
 
   // What vision has taught of DR, until an image.
   struct Lessons {
+    explicit Lessons(const Eigen::Vector3d& up_I) : calibration(up_I) {}
     Utime until;
     DrCalibration calibration;
     DrTrust trust;
@@ -151,7 +155,7 @@ class MotionModel {
     DrConstant constant;
     LengthRatio lengths;
   };
-  Lessons learnt_;
+  Lessons learnt_{up_I_};
   std::deque<Lessons> learnt_before_;  // as it was before each window of AnchorHistory::kSpan
 };
 

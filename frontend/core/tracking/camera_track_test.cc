@@ -85,7 +85,7 @@ TEST_F(CameraTrackTest, ThePoseGoesWithItsPieceIntoTheMap) {
 TEST_F(CameraTrackTest, RewoundItIsWhereDeadReckoningLeadsFromThen) {
   const FrontendConfig config;
   const RectifiedCamera camera = TestCamera(6);
-  MotionModel motion(camera, config);
+  MotionModel motion(camera, ImuCalibration(), config);
   for (int i = 0; i <= 20; ++i) {
     DrState state;
     state.utime = Utime{} + Milliseconds(100 * i);

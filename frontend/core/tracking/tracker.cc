@@ -66,7 +66,7 @@ class Tracker::Impl {
         camera_(geometry.rectified),
         extractor_(std::move(extractor)),
         map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
-        motion_(camera_, config),
+        motion_(camera_, geometry.calibration.imu, config),
         cleaner_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         place_(camera_, Departs(Departure::kRecovery)),
         track_(config),

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "dr_ekf/core/noise_model.h"
+#include "dr_ekf/core/without_accelerometer.h"
 #include "dr_ekf/test/robot_sim.h"
 
 namespace gw::dr_ekf {
@@ -34,6 +36,10 @@ Drive Reckon(const Recording& recording, bool accelerometer) {
   return drive;
 }
 
+Eigen::Vector3d Up(const DrState& state) {
+  return state.T_OB.rotation() * Eigen::Vector3d::UnitZ();
+}
+
 Recording Unfit(uint64_t seed) {
   SimOptions options;
   options.seed = seed;
@@ -54,7 +60,7 @@ TEST_P(UnfitAccelerometer, LeavesNothingOfWhatItTold) {
   ASSERT_GT(with.unfit_at, 0u);
   ASSERT_EQ(with.states.size(), never.states.size());
   EXPECT_EQ(with.rejected, never.rejected);  // no driven way is lost by the change
-  EXPECT_EQ(with.states.back().reset_counter, never.states.back().reset_counter + 1);
+  EXPECT_EQ(with.states.back().reset_counter, never.states.back().reset_counter);
   for (size_t i = with.unfit_at; i < with.states.size(); ++i) {
     ASSERT_EQ(with.states[i].utime, never.states[i].utime);
     // Equal but for rounding: the frames differ.
@@ -63,23 +69,49 @@ TEST_P(UnfitAccelerometer, LeavesNothingOfWhatItTold) {
     EXPECT_NEAR(with.states[i].turn_scale, never.states[i].turn_scale, 1e-6);
     EXPECT_EQ(with.states[i].wheel_scale, never.states[i].wheel_scale);
   }
-  // Place and heading go on from where they were, as the other one moves; up is that of the floor.
+  // The pose goes on from where it was, as the other one moves, but for the tilt that it had.
   const size_t from = with.unfit_at, to = with.states.size() - 1;
   const SE3 step = with.states[from - 1].T_OB.inverse() * with.states[from].T_OB;
   EXPECT_LT(step.translation().norm(), 0.02);
-  EXPECT_LT(std::abs(LogSO3(step.rotation()).z()), 0.02);
-  for (size_t i = from; i <= to; ++i) {
-    const Eigen::Vector3d up = with.states[i].T_OB.rotation() * Eigen::Vector3d::UnitZ();
-    ASSERT_GT(up.z(), 1 - 1e-12);
-  }
+  EXPECT_LT(LogSO3(step.rotation()).norm(), 0.02);
   const SE3 motion = with.states[from].T_OB.inverse() * with.states[to].T_OB;
   const SE3 expected = never.states[from].T_OB.inverse() * never.states[to].T_OB;
-  EXPECT_LT((expected.inverse() * motion).Log().norm(), 1e-6);
+  EXPECT_NEAR(LogSO3((expected.inverse() * motion).rotation()).z(), 0, 2e-3);
+  const double way = expected.translation().norm();
+  EXPECT_NEAR(motion.translation().norm(), way, 0.01 * way + 0.01);
+  // Over this way it is gone, and nowhere faster than floors tilt.
+  EXPECT_GT(Up(with.states[to]).z(), std::cos(1e-3));
+  constexpr size_t kWindow = 100;
+  for (size_t i = from; i + kWindow <= to; i += kWindow) {
+    double driven = 0;
+    for (size_t k = i; k < i + kWindow; ++k) {
+      driven += (with.states[k].T_OB.inverse() * with.states[k + 1].T_OB).translation().norm();
+    }
+    const double change = (Up(with.states[i + kWindow]) - Up(with.states[i])).norm();
+    ASSERT_LE(change, 1.1 * kFloorTilt * driven / kFloorTiltWay);
+  }
   // Where the twin is instead may be wrong with the pose that was kept.
   const SE3 apart = with.states[from].T_OB.inverse() * never.states[from].T_OB;
   const Matrix6d& cov = with.states[from].cov_T_OB;
   const double doubt = cov(0, 0) + cov(1, 1) + cov(2, 2);
   EXPECT_GT(doubt, apart.translation().squaredNorm());
+}
+
+// A tilt that no floor has is no tilt that the robot leaves by driving.
+TEST(TwinFrame, AnImpossibleTiltIsLeftAtOnce) {
+  constexpr double kMost = 0.04;
+  const SE3 T_OB_twin(ExpSO3({0, 0, 0.5}), {2, 0.1, 0});
+  for (const double tilt : {0.03, 0.05}) {
+    const SE3 T_OB(ExpSO3({0, 0, 0.6}) * ExpSO3({0, tilt, 0}), {2.1, 0, 0.05});
+    const TwinFrame frame = FrameOfTwin(T_OB, T_OB_twin, kMost);
+    const SE3 kept = frame.T_O_twin * T_OB_twin;
+    EXPECT_EQ(frame.levelled, tilt > kMost);
+    EXPECT_LT((kept.translation() - T_OB.translation()).norm(), 1e-12);
+    const Eigen::Vector3d apart = LogSO3(T_OB.rotation().conjugate() * kept.rotation());
+    EXPECT_NEAR(apart.norm(), frame.levelled ? tilt : 0, 1e-9);
+    const FilterState state = GoOnAsTwin({}, frame, {});
+    EXPECT_EQ(state.reset_counter, frame.levelled ? 1u : 0u);
+  }
 }
 
 }  // namespace

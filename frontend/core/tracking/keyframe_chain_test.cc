@@ -13,7 +13,8 @@ Utime Second(double s) {
 
 class KeyframeChainTest : public testing::Test {
  protected:
-  KeyframeChainTest() : chain_(FrontendConfig{}), motion_(TestCamera(6), FrontendConfig{}) {
+  KeyframeChainTest()
+      : chain_(FrontendConfig{}), motion_(TestCamera(6), ImuCalibration{}, FrontendConfig{}) {
     // Dead reckoning that drives straight on at 1 m/s.
     for (int i = 0; i <= 200; ++i) {
       DrState state;

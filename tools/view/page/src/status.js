@@ -10,4 +10,7 @@ export const STATUS = {
   no_pose: {text: 'no images, no pose', color: '#e62633'},
 };
 
+// Degraded, but not for want of vision.
+export const STATUS_WITHOUT_DR = {text: 'vision alone: dead reckoning contradicts it', color: '#fabf24'};
+
 export const statusOf = (name) => STATUS[name] ?? {text: name, color: '#999999'};

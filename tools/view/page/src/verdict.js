@@ -1,6 +1,6 @@
 // What is wrong and what to do, in one line above everything, and the badge of what carries the pose. Both go by the times
 // at which messages were received, so that they say it when some stop, live and in a log.
-import {statusOf} from './status.js';
+import {STATUS_WITHOUT_DR, statusOf} from './status.js';
 
 export const ORDER = ['silent', 'failed', 'degraded', 'starting', 'remark', 'ok'];
 const QUIET_S = 1.5;   // without images or poses: they come ten times a second and more
@@ -63,6 +63,7 @@ export class Verdict {
       name = carried ? 'no_images' : 'no_pose';
       status = statusOf(name);
     }
+    if (name === 'degraded' && this.weights.m.reason === 'dr_contradicts_vision') status = STATUS_WITHOUT_DR;
     this.badge.textContent = status.text;
     this.badge.style.background = status.color;
     this.badge.dataset.status = name;
@@ -77,8 +78,8 @@ export class Verdict {
       this.line.textContent = this.processes.size > 0 ? 'all processes say that they are well' : 'no process heard yet';
       return;
     }
-    this.line.textContent = `${worst.process}: ${worst.message || worst.state}`;
-    if (all.length > 1) this.line.textContent += `   (and ${all.slice(1).map((m) => m.process).join(', ')}: see below)`;
+    // One line each: what the second says is often the cause of the first.
+    this.line.textContent = all.map((m) => `${m.process}: ${m.message || m.state}`).join('\n');
   }
 
   // Why the last images were not simply tracked: what comes and goes is missed by who looks at one moment.

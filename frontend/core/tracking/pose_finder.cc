@@ -290,8 +290,7 @@ PoseFinder::Rest PoseFinder::RestAt(const SE3& T_WC, const SE3& T_WC_other,
                                     const std::vector<Candidate>& candidates,
                                     std::vector<int> match) const {
   Rest rest;
-  std::vector<Candidate> asked = candidates;
-  rest.similar = matcher_.Match(T_WC, asked, 1, Image(), kSecondStageLimits, &match);
+  rest.similar = matcher_.Match(T_WC, candidates, 1, Image(), kSecondStageLimits, &match);
   rest.match.assign(match.size(), -1);
   const SE3 T_CW = T_WC.inverse(), T_CW_other = T_WC_other.inverse();
   for (size_t i = 0; i < match.size(); ++i) {

@@ -99,7 +99,8 @@ export class ImagePanel {
     this.canvas.classList.toggle('old', old);
     this.note.hidden = this.held === null && !old;
     this.note.classList.toggle('alarm', old);
-    this.note.textContent = old ? `no image for ${Math.round(this.silence)} s` : 'image under the cursor';
+    this.note.textContent = old ? `no image for ${Math.round(this.silence)} s; this one, and what is said of it, are of then` : 'image under the cursor';
+    this.explanation.classList.toggle('old', old);
   }
 
   drawFeatures(groups) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dr_ekf/core/error_state.h"
+#include "dr_ekf/core/levelled.h"
 #include "dr_ekf/core/noise_model.h"
 
 namespace gw::dr_ekf {
@@ -108,9 +109,7 @@ FilterState DrModel::Restarted(const FilterState& before, Utime utime) const {
 FilterState DrModel::RestartedWithoutImu(const FilterState& before, const SE3& T_OB,
                                          Utime utime) const {
   FilterState wheels = before;
-  const Vector3d ahead = T_OB.rotation() * Vector3d::UnitX();
-  const Eigen::AngleAxisd heading(std::atan2(ahead.y(), ahead.x()), Vector3d::UnitZ());
-  wheels.T_OS = SE3(Eigen::Quaterniond(heading), T_OB.translation()) * T_BS_;
+  wheels.T_OS = Levelled(T_OB) * T_BS_;
   wheels.yaw_scale = 1;  // it was compared with a gyro that is not believed
   wheels.turn_per_way = 0;
   wheels.wheel_scale = 1;

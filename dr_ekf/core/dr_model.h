@@ -165,8 +165,6 @@ class DrModel {
   // minus accelerometer. stand: the wheels read no way at all. excess: as SlipGate.
   SlipGate::Verdict JudgeWay(int axis, double way, bool stand, const SlipGate::Interval& interval,
                              double* excess, FilterState& state) const;
-  // The accelerometer is no witness of motion: this model is to be left (DrFilter).
-  void FindUnfit(FilterState& state) const;
   void DoubtAccelerometer(int axis, double speed_error, FilterState& state) const;
 
   DrEkfConfig config_;

@@ -46,7 +46,7 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
     // Wheels that turn too far slip, and an accelerometer that finds it again and again is wrong.
     // Wheels that do not turn at all do not slip: they are not heard, or the robot is carried.
     (axis == 0 && stand ? state.recent_stands : state.recent_slips) += 1;
-    if (state.recent_slips > kMostSlips) FindUnfit(state);
+    if (state.recent_slips > kMostSlips) state.accel_unfit = true;
     if (state.recent_stands > kMostSlips) state.wheels_stand = true;
   }
   // Tyres pull the robot toward the wheels' speed or let it stop: its speed lies between rest, what
@@ -61,10 +61,6 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
     DoubtAccelerometer(axis, interval.innovation / interval.dt, state);
   }
   return verdict;
-}
-
-void DrModel::FindUnfit(FilterState& state) const {
-  state.accel_unfit = true;
 }
 
 void DrModel::DoubtAccelerometer(int axis, double speed_error, FilterState& state) const {

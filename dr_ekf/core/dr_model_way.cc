@@ -130,7 +130,7 @@ void DrModel::CorrectWay(WayInnovation in, FilterState& state) const {
     state.stamp_error.Add(raw, own(0, 0) + in.noise.x(), speed, in.dt);
     WatchWay(in, sums, state);
   }
-  if (ContradictsPriors(state)) FindUnfit(state);
+  if (ContradictsPriors(state)) state.accel_unfit = true;
 }
 
 bool DrModel::ContradictsPriors(const FilterState& state) const {

@@ -140,7 +140,7 @@ struct FilterState {
   NoiseFactor accel_noise{std::log(kAccelNoisePrior)};  // of the way by the accelerometer
   bool scale_untold = false;    // the stamps are too bad to tell the wheels' scale
   bool rolling_untold = false;  // the way of this interval is not that of wheels that roll
-  bool accel_unfit = false;     // found out: what it told of this state is not to be used
+  bool accel_unfit = false;     // found out: DrFilter leaves this state for that of the twin
   double recent_slips = 0;      // times the accelerometer found slip, forgotten over kSlipsMemory
   double recent_stands = 0;     // likewise, of wheels that read zero
   Utime accused_until;  // vision accused the wheels; the accelerometer is asked more closely

@@ -2,18 +2,15 @@
 
 #include <cmath>
 
+#include "dr_ekf/core/levelled.h"
+
 namespace gw::dr_ekf {
 
 TwinFrame FrameOfTwin(const SE3& T_OB, const SE3& T_OB_twin, double most_tilt) {
   const Eigen::Vector3d up_B = T_OB.rotation().conjugate() * Eigen::Vector3d::UnitZ();
   TwinFrame frame;
   frame.levelled = up_B.z() < std::cos(most_tilt);
-  SE3 kept = T_OB;
-  if (frame.levelled) {
-    const Eigen::Vector3d ahead = T_OB.rotation() * Eigen::Vector3d::UnitX();
-    const Eigen::AngleAxisd heading(std::atan2(ahead.y(), ahead.x()), Eigen::Vector3d::UnitZ());
-    kept = SE3(Eigen::Quaterniond(heading), T_OB.translation());
-  }
+  const SE3 kept = frame.levelled ? Levelled(T_OB) : T_OB;
   frame.T_O_twin = kept * T_OB_twin.inverse();
   frame.error = kept.Adjoint() * (T_OB_twin.inverse() * kept).Log();
   return frame;

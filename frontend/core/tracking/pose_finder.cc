@@ -27,13 +27,13 @@ constexpr float kMaxRadius = 80.0F;         // px
 constexpr uint64_t kStream = 0x7265;        // of random draws
 constexpr MatcherLimits kSecondStageLimits{.max_distance = 80, .max_ratio = 0.85};
 
-// True when so many of the features that look like a landmark in its window also fit to it that the
-// prediction is right, 20 to 1. Around a right one 0.5 to 1 of them did (a person before a
-// hand-held camera), around one that was wrong by a few pixels 0.05 to 0.36 (wheels that count
-// backwards).
+// Of the features that look like a landmark in its window, so many fit to it around a right
+// prediction: 0.5 to 1 did (a person before a hand-held camera).
 constexpr double kFitWhereRight = 0.6;
 
+// True when so many fit that the prediction is right, 20 to 1.
 bool ConfirmsPrediction(int fitting, int similar) {
+  // Around one that was wrong by a few pixels 0.05 to 0.36 did (wheels that count backwards).
   constexpr double kWrong = 0.2;
   return LogOdds(fitting, similar, kFitWhereRight, kWrong) > std::log(20.0);
 }
@@ -322,18 +322,20 @@ FoundPose PoseFinder::FollowRest(const PosePrediction& prediction, const FoundPo
     a.candidates.push_back({point, &point->descriptor, -1, kSecondStageRadius});
   }
   const SE3& T_WC_other = other.estimate.T_WC;
-  // As far from the other pose to the other side nothing fits but by chance.
-  const SE3 T_WC_control = T_WC_other * (prediction.T_WC.inverse() * T_WC_other);
-  const Rest control = RestAt(T_WC_control, T_WC_other, a.candidates, match);
-  Rest rest = RestAt(prediction.T_WC, T_WC_other, a.candidates, std::move(match));
+  Rest rest = RestAt(prediction.T_WC, T_WC_other, a.candidates, match);
   a.match = std::move(rest.match);
   a.num_first_stage = rest.similar;
-  const double by_chance = (control.fitting + 1.0) / (control.similar + 2.0);
-  const bool confirms =
-      by_chance < kFitWhereRight &&
-      LogOdds(rest.fitting, rest.similar, kFitWhereRight, by_chance) > kDecisiveLogOdds;
   // A handful fits by chance where things look alike; as for any pose, it takes a few.
-  if (rest.fitting >= config_.min_inliers && confirms) {
+  bool confirms = rest.fitting >= config_.min_inliers;
+  if (confirms) {
+    // As far from the other pose to the other side nothing fits but by chance.
+    const SE3 T_WC_control = T_WC_other * (prediction.T_WC.inverse() * T_WC_other);
+    const Rest control = RestAt(T_WC_control, T_WC_other, a.candidates, std::move(match));
+    const double by_chance = (control.fitting + 1.0) / (control.similar + 2.0);
+    confirms = by_chance < kFitWhereRight &&
+               LogOdds(rest.fitting, rest.similar, kFitWhereRight, by_chance) > kDecisiveLogOdds;
+  }
+  if (confirms) {
     a.scale = PriorScale(config_.variant, 0, 0, config_.dr_weight);
     Estimate(prediction.T_WC, PriorFor(prediction, a.scale), &a);
   }

@@ -33,35 +33,49 @@ Keyframe View(const RectifiedCamera& camera) {
   return k;
 }
 
-// The image from the same place, in which only so many landmarks are where they should be; the
-// others look the same but lie some pixels off, each another way.
-FoundPose FindWith(int fitting, bool has_prior) {
-  const RectifiedCamera camera = TestCamera(6);
-  const Keyframe view = View(camera);
-  const FrontendConfig config;
-  const Pyramid pyramid(config.orb.scale_factor, config.orb.num_levels);
-  LocalMap map(camera, pyramid);
-  map.AddKeyframe(view);
-  FeatureFrame frame;
-  frame.features = view.features;
-  frame.descriptors = view.descriptors;
-  frame.num_detected = kLandmarks;
-  std::vector<TrackedPoint> tracked;
-  for (int i = 0; i < kLandmarks; ++i) {
-    tracked.push_back({view.landmarks[i], view.descriptors[i], 0});
-    if (i < fitting) continue;
-    CounterRng rng(3, 4, static_cast<uint64_t>(i));
-    const double angle = rng.Uniform(0, 6.28);
-    frame.features[i].u += static_cast<float>(9 * std::cos(angle));
-    frame.features[i].v += static_cast<float>(9 * std::sin(angle));
+// A map of that keyframe, and the image from the same place, to be changed by a test.
+struct Scene {
+  Scene() {
+    map.AddKeyframe(view);
+    frame.features = view.features;
+    frame.descriptors = view.descriptors;
+    frame.num_detected = kLandmarks;
   }
+
+  FrontendConfig config;
+  RectifiedCamera camera = TestCamera(6);
+  Keyframe view = View(camera);
+  Pyramid pyramid{config.orb.scale_factor, config.orb.num_levels};
+  LocalMap map{camera, pyramid};
+  FeatureFrame frame;
+  PoseFinder finder{config, camera, pyramid};
+};
+
+PosePrediction Predicted(const SE3& T_WC, bool has_prior) {
   PosePrediction prediction;
+  prediction.T_WC = T_WC;
   prediction.has_prior = has_prior;
   prediction.search_cov = Matrix6d::Identity() * 1e-4;
   prediction.weight_cov = prediction.honest_cov = Matrix6d::Identity() * 1e-6;
-  PoseFinder finder(config, camera, pyramid);
-  finder.SetImage(&frame, 1);
-  return finder.Follow(prediction, tracked, view.id, &map);
+  return prediction;
+}
+
+// The image from the same place, in which only so many landmarks are where they should be; the
+// others look the same but lie some pixels off, each another way.
+FoundPose FindWith(int fitting, bool has_prior) {
+  Scene scene;
+  std::vector<TrackedPoint> tracked;
+  for (int i = 0; i < kLandmarks; ++i) {
+    tracked.push_back({scene.view.landmarks[i], scene.view.descriptors[i], 0});
+    if (i < fitting) continue;
+    CounterRng rng(3, 4, static_cast<uint64_t>(i));
+    const double angle = rng.Uniform(0, 6.28);
+    scene.frame.features[i].u += static_cast<float>(9 * std::cos(angle));
+    scene.frame.features[i].v += static_cast<float>(9 * std::sin(angle));
+  }
+  const PosePrediction prediction = Predicted(SE3(), has_prior);
+  scene.finder.SetImage(&scene.frame, 1);
+  return scene.finder.Follow(prediction, tracked, scene.view.id, &scene.map);
 }
 
 TEST(PoseFinder, FewInliersOfManyMatchesAreChance) {
@@ -82,36 +96,22 @@ TEST(PoseFinder, WithoutAPriorThereIsNoPredictionToConfirm) {
 // An image in which so many landmarks lie where the prediction has them, and the others as far from
 // a pose that explains none of them to the other side.
 FoundPose FollowRestWith(int fitting) {
-  const RectifiedCamera camera = TestCamera(6);
-  const Keyframe view = View(camera);
-  const FrontendConfig config;
-  const Pyramid pyramid(config.orb.scale_factor, config.orb.num_levels);
-  LocalMap map(camera, pyramid);
-  map.AddKeyframe(view);
-  const SE3 T_turn(ExpSO3({0, 2.8 / camera.fx, 0}), Eigen::Vector3d::Zero());  // 2.8 px aside
-  PosePrediction prediction;
-  prediction.T_WC = T_turn;
-  prediction.has_prior = true;
-  prediction.search_cov = Matrix6d::Identity() * 1e-4;
-  prediction.weight_cov = prediction.honest_cov = Matrix6d::Identity() * 1e-6;
-  FeatureFrame frame;
-  frame.features = view.features;
-  frame.descriptors = view.descriptors;
-  frame.num_detected = kLandmarks;
+  Scene scene;
+  const SE3 T_turn(ExpSO3({0, 2.8 / scene.camera.fx, 0}), Eigen::Vector3d::Zero());  // 2.8 px aside
+  const PosePrediction prediction = Predicted(T_turn, true);
   for (int i = 0; i < kLandmarks; ++i) {
-    Feature& f = frame.features[i];
-    const Eigen::Vector3d p_W = camera.Unproject(f.u, f.v, f.depth);
+    Feature& f = scene.frame.features[i];
+    const Eigen::Vector3d p_W = scene.camera.Unproject(f.u, f.v, f.depth);
     const SE3 T_WC = i < fitting ? T_turn : T_turn.inverse();
-    const Eigen::Vector2d pixel = camera.Project(T_WC.inverse() * p_W);
+    const Eigen::Vector2d pixel = scene.camera.Project(T_WC.inverse() * p_W);
     f.u = static_cast<float>(pixel.x());
     f.v = static_cast<float>(pixel.y());
   }
   FoundPose other;
   other.found = true;
   other.landmarks.resize(kLandmarks);
-  PoseFinder finder(config, camera, pyramid);
-  finder.SetImage(&frame, 1);
-  return finder.FollowRest(prediction, other, view.id, &map);
+  scene.finder.SetImage(&scene.frame, 1);
+  return scene.finder.FollowRest(prediction, other, scene.view.id, &scene.map);
 }
 
 TEST(PoseFinder, TheRestConfirmsWhereMoreFitsThanOnTheOtherSide) {

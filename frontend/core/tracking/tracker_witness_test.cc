@@ -203,7 +203,6 @@ void PutPerson(double right, int index, FeatureFrame* frame) {
   *frame = out;
 }
 
-// Who walks slower than here (1.3 m in 3 s) is followed for a part of a second, or by 2 cm.
 TEST(Witnesses, OneImageIsNoProof) {
   Witnesses witnesses(nullptr, nullptr);
   const auto at = [](int64_t ms) { return Utime{0} + Milliseconds(ms); };
@@ -219,6 +218,7 @@ TEST(Witnesses, OneImageIsNoProof) {
   EXPECT_FALSE(witnesses.Refuted(at(1200)));
 }
 
+// Who walks slower than here (1.3 m in 3 s) is followed for a part of a second, or by 2 cm.
 TEST(Tracker, APersonWhoWalksByDoesNotCarryThePose) {
   constexpr int kCome = 100, kGo = 300;  // images
   FrontendConfig config;

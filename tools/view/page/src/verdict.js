@@ -1,4 +1,4 @@
-// What is wrong and what to do, in one line above everything, and the badge of what carries the pose. Both go by the times
+// What is wrong and what to do, in the lines above everything, and the badge of what carries the pose. Both go by the times
 // at which messages were received, so that they say it when some stop, live and in a log.
 import {STATUS_WITHOUT_DR, statusOf} from './status.js';
 

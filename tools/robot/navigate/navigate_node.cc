@@ -1,15 +1,19 @@
 #include "tools/robot/navigate/navigate_node.h"
 
 #include <sstream>
+#include <utility>
 
 #include "common/core/exit_code.h"
 #include "common/wire/channels.h"
 #include "common/wire/grid.h"
+#include "tools/robot/explore/sight.h"
+#include "tools/robot/navigate/explorer.h"
+#include "tools/robot/navigate/navigator.h"
 
 namespace gw::navigate {
 namespace {
 
-constexpr DurationUs kPeriod{1'000'000 / Navigator::kRateHz};
+constexpr DurationUs kPeriod{1'000'000 / Driver::kRateHz};
 
 Result<floorplan::Waypoint> ParseStart(const std::string& text) {
   floorplan::Waypoint start;
@@ -26,8 +30,12 @@ Result<floorplan::Waypoint> ParseStart(const std::string& text) {
 
 }  // namespace
 
-Result<std::unique_ptr<process::Node>> NavigateNode::Create(const RobotConfig& config,
-                                                            const NavigateOptions& options) {
+Result<std::unique_ptr<NavigateNode>> NavigateNode::CreateTour(const RobotConfig& config,
+                                                               const NavigateOptions& options) {
+  if (options.map.empty() || options.waypoints.empty()) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--map and --waypoints are required, or --explore in their place"};
+  }
   if (options.laps < 1) return Error{ErrorCode::kInvalidArgument, "--laps: must be at least 1"};
   auto map = floorplan::LoadFloorMap(options.map);
   if (!map) return map.error();
@@ -40,7 +48,8 @@ Result<std::unique_ptr<process::Node>> NavigateNode::Create(const RobotConfig& c
     if (!order) return order.error();
     visit = *std::move(order);
   }
-  std::vector<int> tour = floorplan::StopsOfLaps(num_waypoints, std::move(visit), options.laps);
+  const std::vector<int> tour =
+      floorplan::StopsOfLaps(num_waypoints, std::move(visit), options.laps);
   floorplan::Waypoint start = (*waypoints)[tour.front()];
   if (!options.start.empty()) {
     const auto parsed = ParseStart(options.start);
@@ -51,31 +60,62 @@ Result<std::unique_ptr<process::Node>> NavigateNode::Create(const RobotConfig& c
   if (!navigator) {
     return Error{navigator.error().code, options.waypoints + ": " + navigator.error().message};
   }
+  std::vector<std::string> complaints = navigator->complaints();
   std::unique_ptr<NavigateNode> node(
-      new NavigateNode(*std::move(navigator), std::move(tour), MapFromWorld(start), options.truth));
+      new NavigateNode(std::make_unique<Navigator>(*std::move(navigator)), MapFromWorld(start),
+                       options.truth));
+  node->complaints_ = std::move(complaints);
+  return node;
+}
+
+// What it drives on is GRID, which is in W, as POSE is.
+Result<std::unique_ptr<NavigateNode>> NavigateNode::CreateExplorer(
+    const RobotConfig& config, const NavigateOptions& options) {
+  if (!options.map.empty() || !options.waypoints.empty() || !options.path.empty() ||
+      !options.start.empty() || options.laps != 1 || options.truth) {
+    return Error{ErrorCode::kInvalidArgument,
+                 "--explore drives on POSE and GRID: no --map, --waypoints, --path, --laps, "
+                 "--start or --truth with it"};
+  }
+  const auto camera = MakeCameraGeometry(config.calibration);
+  if (!camera) return camera.error();
+  const auto sight = explore::SightOf(*camera, config.grid);
+  if (!sight) return sight.error();
+  return std::unique_ptr<NavigateNode>(
+      new NavigateNode(std::make_unique<Explorer>(config.navigate, *sight), SE3(), false));
+}
+
+Result<std::unique_ptr<process::Node>> NavigateNode::Create(const RobotConfig& config,
+                                                            const NavigateOptions& options) {
+  auto node = options.explore ? CreateExplorer(config, options) : CreateTour(config, options);
+  if (!node) return node.error();
   if (!options.record.empty()) {
     auto record = RunRecord::Create(options.record);
     if (!record) return record.error();
-    node->record_.emplace(*std::move(record));
+    (*node)->record_.emplace(*std::move(record));
   }
-  return std::unique_ptr<process::Node>(std::move(node));
+  return std::unique_ptr<process::Node>(*std::move(node));
 }
 
 Result<Done> NavigateNode::Start(process::Shell& shell) {
-  for (const std::string& complaint : navigator_.complaints()) {
+  for (const std::string& complaint : complaints_) {
     shell.log().Write(shell.Now(), process::Severity::kWarning, "navigate.waypoint",
                       {{"what", complaint}});
   }
   auto ok =
       shell.Listen<WheelSample>(wire::kWheel, [this](const WheelSample& sample, Utime received) {
         time_.Observe(sample.utime, received);
-        navigator_.Sense(sample.contact);
+        driver_->Sense(sample.contact);
       });
   if (!ok) return ok;
   ok =
       shell.Listen<ObstacleView>(wire::kObstacles, [this, &shell](const ObstacleView& view, Utime) {
-        if (!navigator_.See(view)) shell.health().Count("OBSTACLES.without_pose");
+        if (!driver_->See(view)) shell.health().Count("OBSTACLES.without_pose");
       });
+  if (!ok) return ok;
+  ok = shell.Listen<GridUpdate>(wire::kGrid, [this, &shell](const GridUpdate& update, Utime) {
+    if (const auto now = time_.At(shell.Now())) driver_->Take(update, *now);
+  });
   if (!ok) return ok;
   if (truth_) {
     return shell.Listen<GroundTruth>(
@@ -89,7 +129,7 @@ Result<Done> NavigateNode::Start(process::Shell& shell) {
 
 void NavigateNode::Take(const std::optional<RobotPose>& pose) {
   pose_ = pose;
-  navigator_.Push(pose);
+  driver_->Push(pose);
 }
 
 bool NavigateNode::Step(process::Shell& shell) {
@@ -99,7 +139,7 @@ bool NavigateNode::Step(process::Shell& shell) {
   ReportHealth(shell);
   const auto now = time_.At(clock);
   if (!now) return true;  // no base yet
-  const Navigator::Output out = navigator_.Update(*now);
+  const Driver::Output out = driver_->Update(*now);
   Command(*now, out.speed, shell);
   for (const Event& event : out.events) Tell(*now, event, shell);
   if (record_ && pose_ && pose_->utime > recorded_) {
@@ -116,27 +156,23 @@ void NavigateNode::Command(Utime now, const floorplan::Speed& speed, process::Sh
 
 void NavigateNode::Tell(Utime now, const Event& event, process::Shell& shell) {
   if (event.kind == EventKind::kLeg) {
-    if (record_) record_->AddLeg(event.stop, navigator_.leg());
+    if (record_) record_->AddLeg(event.stop, driver_->leg());
     return;
   }
-  std::ostringstream text;
-  if (event.kind == EventKind::kFinished) {
-    text << navigator_.num_stops() - navigator_.num_unreachable() << " of "
-         << navigator_.num_stops() << " stops reached";
-  } else {
-    text << "stop " << event.stop + 1 << " of " << navigator_.num_stops() << ", waypoint "
-         << tour_[event.stop];
-  }
-  if (!event.reason.empty()) text << ": " << event.reason;
+  std::string text = event.kind == EventKind::kFinished ? driver_->Summary()
+                     : event.stop < driver_->num_stops() ? driver_->NameOf(event.stop)
+                                                         : "";
+  if (!event.reason.empty()) text += (text.empty() ? "" : ": ") + event.reason;
   const std::string key = std::string("navigate.") + EventName(event.kind);
-  shell.Publish(wire::kNote, wire::Encode(wire::Note{now, ++note_seq_, key, text.str()}));
-  shell.log().Write(shell.Now(), process::Severity::kInfo, key, {{"what", text.str()}});
+  shell.Publish(wire::kNote, wire::Encode(wire::Note{now, ++note_seq_, key, text}));
+  shell.log().Write(shell.Now(), process::Severity::kInfo, key, {{"what", text}});
   shell.health().Count(key);
   if (event.kind == EventKind::kFinished) {
-    shell.End(navigator_.num_unreachable() == 0 ? kExitOk : kExitFailed);
+    if (record_) record_->SetSummary(text);
+    shell.End(driver_->succeeded() ? kExitOk : kExitFailed);
   } else if (record_ &&
              (event.kind == EventKind::kReached || event.kind == EventKind::kUnreachable)) {
-    record_->AddStop(event, tour_[event.stop], navigator_.place(event.stop));
+    record_->AddStop(event, driver_->waypoint(event.stop), driver_->place(event.stop));
   }
 }
 
@@ -146,9 +182,11 @@ void NavigateNode::ReportHealth(process::Shell& shell) {
     shell.health().SetState(HealthState::kStarting, "no WHEEL message yet: check the base");
   } else if (!pose_) {
     shell.health().SetState(HealthState::kStarting, std::string("no ") + poses + " yet");
-  } else if (navigator_.pose_state() != PoseState::kGood) {
+  } else if (!driver_->waits_for().empty()) {
+    shell.health().SetState(HealthState::kDegraded, "standing still, " + driver_->waits_for());
+  } else if (driver_->pose_state() != PoseState::kGood) {
     shell.health().SetState(HealthState::kDegraded, std::string("standing still, pose ") +
-                                                        PoseStateName(navigator_.pose_state()));
+                                                        PoseStateName(driver_->pose_state()));
   } else {
     shell.health().SetState(HealthState::kOk);
   }

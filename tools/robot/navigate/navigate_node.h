@@ -1,4 +1,4 @@
-// gw-navigate as a node: POSE and WHEEL in, BASE_COMMAND and NOTE out.
+// gw-navigate as a node: POSE, WHEEL, OBSTACLES and GRID in, BASE_COMMAND and NOTE out.
 #pragma once
 
 #include <memory>
@@ -9,12 +9,13 @@
 #include "common/config/robot_config.h"
 #include "common/process/shell.h"
 #include "tools/robot/navigate/bus_time.h"
-#include "tools/robot/navigate/navigator.h"
+#include "tools/robot/navigate/driver.h"
 #include "tools/robot/navigate/run_record.h"
 
 namespace gw::navigate {
 
 struct NavigateOptions {
+  bool explore = false;   // the floor that is not known yet; no map and no waypoints then
   std::string map;        // map.yaml of map_server
   std::string waypoints;  // lines `index x y theta`
   std::string path;       // indices to visit, one a line; empty: all in order
@@ -36,16 +37,21 @@ class NavigateNode : public process::Node {
   void Stop(process::Shell& shell) override;
 
  private:
-  NavigateNode(Navigator navigator, std::vector<int> tour, const SE3& T_MW, bool truth)
-      : navigator_(std::move(navigator)), tour_(std::move(tour)), T_MW_(T_MW), truth_(truth) {}
+  NavigateNode(std::unique_ptr<Driver> driver, const SE3& T_MW, bool truth)
+      : driver_(std::move(driver)), T_MW_(T_MW), truth_(truth) {}
+
+  static Result<std::unique_ptr<NavigateNode>> CreateTour(const RobotConfig& config,
+                                                          const NavigateOptions& options);
+  static Result<std::unique_ptr<NavigateNode>> CreateExplorer(const RobotConfig& config,
+                                                              const NavigateOptions& options);
 
   void Take(const std::optional<RobotPose>& pose);
   void Command(Utime now, const floorplan::Speed& speed, process::Shell& shell);
   void Tell(Utime now, const Event& event, process::Shell& shell);
   void ReportHealth(process::Shell& shell);
 
-  Navigator navigator_;
-  std::vector<int> tour_;  // waypoint of every stop
+  std::unique_ptr<Driver> driver_;
+  std::vector<std::string> complaints_;  // of stops that cannot be visited
   SE3 T_MW_;
   bool truth_;
   std::optional<RunRecord> record_;

@@ -62,28 +62,6 @@ void MarkDisc(const Eigen::Vector2d& centre, double radius, FloorMap* map) {
 
 }  // namespace
 
-const char* EventName(EventKind kind) {
-  switch (kind) {
-    case EventKind::kLeg:
-      return "leg";
-    case EventKind::kReached:
-      return "reached";
-    case EventKind::kUnreachable:
-      return "unreachable";
-    case EventKind::kHeld:
-      return "held";
-    case EventKind::kResumed:
-      return "resumed";
-    case EventKind::kBumped:
-      return "bumped";
-    case EventKind::kBlocked:
-      return "blocked";
-    case EventKind::kFinished:
-      return "finished";
-  }
-  return "";
-}
-
 Navigator::Stop Navigator::MakeStop(const Waypoint& given) const {
   Stop stop{given, given, config_.robot_radius_m + config_.clearance_m};
   const auto move = [&] {
@@ -101,7 +79,10 @@ Result<Navigator> Navigator::Create(const NavigateConfig& config, FloorMap map,
                                     const std::vector<Waypoint>& waypoints,
                                     const std::vector<int>& tour) {
   Navigator navigator(config, std::move(map));
-  for (const int index : tour) navigator.stops_.push_back(navigator.MakeStop(waypoints[index]));
+  for (const int index : tour) {
+    navigator.stops_.push_back(navigator.MakeStop(waypoints[index]));
+    navigator.stops_.back().waypoint = index;
+  }
   if (navigator.stops_.empty()) return navigator;
   const Stop* from = nullptr;  // the last stop that can be visited
   for (size_t i = 0; i < tour.size(); ++i) {
@@ -122,6 +103,51 @@ Result<Navigator> Navigator::Create(const NavigateConfig& config, FloorMap map,
     text += (text.empty() ? "" : "; ") + complaint;
   }
   return Error{ErrorCode::kBadData, text};
+}
+
+void Navigator::SetStop(const Stop& stop) {
+  if (finished()) {
+    stops_.push_back(stop);
+  } else {
+    stops_[stop_] = stop;
+  }
+  told_finished_ = false;
+  attempts_ = 0;
+  detours_ = 0;
+  if (phase_ != Phase::kBackOff) phase_ = Phase::kPlan;
+  progressed_.reset();
+}
+
+void Navigator::GoTo(const Waypoint& place, double clearance_m) {
+  SetStop({place, place, clearance_m});
+}
+
+void Navigator::LookAround() {
+  Stop stop;
+  stop.look_around = true;
+  if (pose_) stop.given = stop.aim = {pose_->position, pose_->yaw};
+  SetStop(stop);
+}
+
+void Navigator::Drop() {
+  if (!finished()) stops_.resize(stop_);
+}
+
+void Navigator::SetMap(FloorMap map) {
+  map_ = std::move(map);
+  for (const Eigen::Vector2d& p : bumped_into_) MarkDisc(p, kObstacleM, &map_);
+  obstacles_.SetMap(map_);
+  if (phase_ != Phase::kFollow) return;
+  const std::vector<float> room = floorplan::DistanceToOccupied(map_, 2 * config_.robot_radius_m);
+  const auto blocked = [&](const Eigen::Vector2d& p) {
+    const Eigen::Vector2i cell = map_.CellOf(p);
+    return !map_.InMap(cell.x(), cell.y()) || map_.Unknown(cell.x(), cell.y()) ||
+           floorplan::DistanceAt(map_, room, p) < config_.robot_radius_m;
+  };
+  const auto ahead = leg_.begin() + static_cast<ptrdiff_t>(pursuit_->nearest());
+  // Where the robot stands may be too near already: the way leads away from there.
+  const auto first_free = std::find_if_not(ahead, leg_.end(), blocked);
+  if (std::any_of(first_free, leg_.end(), blocked)) phase_ = Phase::kPlan;
 }
 
 void Navigator::Push(const std::optional<RobotPose>& pose) {
@@ -223,6 +249,7 @@ floorplan::Tour Navigator::WayOn(const FloorMap& map, double clearance) const {
 
 void Navigator::Plan(Utime now, Output* out) {
   const Stop& to = stops_[stop_];
+  if (to.look_around) return BeginLook();
   const double clearance =
       std::min(to.clearance_m, stop_ > 0 ? stops_[stop_ - 1].clearance_m : to.clearance_m);
   floorplan::Tour way = WayOn(map_, clearance);
@@ -363,11 +390,10 @@ void Navigator::Blocked(Utime now, Output* out) {
   if (++attempts_ >= kAttempts) return GoOn(EventKind::kUnreachable, "blocked", out);
   obstacles_.Forget();
   if (PlanAroundObstacles(now, false, out)) return;
-  phase_ = RoomBehind() ? Phase::kBackOff : Phase::kLook;
+  if (!RoomBehind()) return BeginLook();
+  phase_ = Phase::kBackOff;
   phase_began_ = now;
   bumped_at_ = pose_->position;
-  turned_ = 0;
-  last_yaw_ = pose_->yaw;
 }
 
 bool Navigator::RoomBehind() const {
@@ -379,10 +405,17 @@ bool Navigator::RoomBehind() const {
 }
 
 // Once around, so that the next plan knows what stands at all sides.
+void Navigator::BeginLook() {
+  phase_ = Phase::kLook;
+  turned_ = 0;
+  last_yaw_ = pose_->yaw;
+}
+
 void Navigator::Look(Output* out) {
   turned_ += floorplan::AngleTo(last_yaw_, pose_->yaw);
   last_yaw_ = pose_->yaw;
   if (turned_ >= 2 * std::numbers::pi) {
+    if (stops_[stop_].look_around) return GoOn(EventKind::kReached, "", out);
     phase_ = Phase::kPlan;
     return;
   }
@@ -413,9 +446,9 @@ void Navigator::Settle(Utime now, Output* out) {
 void Navigator::BeginBackOff(Utime now, Output* out) {
   Tell(EventKind::kBumped, contact_.bumper ? "bumper" : "cliff", out);
   if (++attempts_ >= kAttempts) return GoOn(EventKind::kUnreachable, "blocked", out);
-  MarkDisc(pose_->position + (config_.robot_radius_m + 0.5 * kObstacleM) *
-                                 Eigen::Vector2d(std::cos(pose_->yaw), std::sin(pose_->yaw)),
-           kObstacleM, &map_);
+  const Eigen::Vector2d ahead(std::cos(pose_->yaw), std::sin(pose_->yaw));
+  bumped_into_.push_back(pose_->position + (config_.robot_radius_m + 0.5 * kObstacleM) * ahead);
+  MarkDisc(bumped_into_.back(), kObstacleM, &map_);
   bumped_at_ = pose_->position;
   phase_ = Phase::kBackOff;
   phase_began_ = now;
@@ -426,9 +459,8 @@ void Navigator::BackOff(Utime now, Output* out) {
   if ((pose_->position - bumped_at_).norm() >= kBackOffM ||
       (now - phase_began_).seconds() >= kBackOffMaxS) {
     out->speed = {};
-    phase_ = obstacles_.HasSeen() ? Phase::kLook : Phase::kPlan;
-    turned_ = 0;
-    last_yaw_ = pose_->yaw;
+    if (obstacles_.HasSeen()) return BeginLook();
+    phase_ = Phase::kPlan;
   }
 }
 
@@ -452,6 +484,16 @@ void Navigator::GoOn(EventKind kind, const std::string& reason, Output* out) {
   obstacles_.Forget();
   phase_ = Phase::kPlan;
   progressed_.reset();
+}
+
+std::string Navigator::Summary() const {
+  return std::to_string(num_stops() - num_unreachable_) + " of " + std::to_string(num_stops()) +
+         " stops reached";
+}
+
+std::string Navigator::NameOf(int stop) const {
+  return "stop " + std::to_string(stop + 1) + " of " + std::to_string(num_stops()) +
+         ", waypoint " + std::to_string(stops_[stop].waypoint);
 }
 
 void Navigator::Tell(EventKind kind, const std::string& reason, Output* out) const {

@@ -27,32 +27,14 @@
 #include "common/core/result.h"
 #include "tools/robot/floorplan/floor_map.h"
 #include "tools/robot/floorplan/pursuit.h"
+#include "tools/robot/navigate/driver.h"
 #include "tools/robot/navigate/obstacle_layer.h"
 #include "tools/robot/navigate/pose_guard.h"
 #include "tools/robot/navigate/robot_pose.h"
 
 namespace gw::navigate {
 
-enum class EventKind {
-  kLeg,          // a way to the stop was planned
-  kReached,      // the stop
-  kUnreachable,  // the stop
-  kHeld,         // stands still: the pose is not good
-  kResumed,
-  kBumped,
-  kBlocked,   // stands still: something is in the way, and no other way is left
-  kFinished,  // all stops are reached or unreachable
-};
-const char* EventName(EventKind kind);
-
-struct Event {
-  EventKind kind = EventKind::kLeg;
-  int stop = 0;  // of the tour, from 0; their number for kFinished
-  RobotPose pose;
-  std::string reason;  // of kUnreachable, kHeld, kBumped; empty otherwise
-};
-
-class Navigator {
+class Navigator : public Driver {
  public:
   // tour: indices of waypoints. Those that cannot be visited (outside the map, in or too near to a
   // wall or to unknown cells, without a way to it) are named by complaints() and passed over when
@@ -63,30 +45,48 @@ class Navigator {
 
   const std::vector<std::string>& complaints() const { return complaints_; }
 
-  // The newest pose; empty when dead reckoning goes on but has no place in the map: then the robot
-  // looks around, twice at most, until it has one.
-  void Push(const std::optional<RobotPose>& pose);
-  // False: not used, the pose at its image is not known.
-  bool See(const ObstacleView& view);
-  void Sense(const ContactFlags& contact) { contact_ = contact; }
+  // Without stops: it stands until it is told where to go. `map` is what is known so far.
+  Navigator(const NavigateConfig& config, floorplan::FloorMap map)
+      : config_(config),
+        map_(std::move(map)),
+        obstacles_(map_, config.clearance_m),
+        guard_(config) {}
 
-  struct Output {
-    floorplan::Speed speed;
-    std::vector<Event> events;
-  };
-  // At kRateHz. Times must not decrease.
-  Output Update(Utime now);
+  // A stop in place of the one it is going to, or one more when it has finished. clearance_m: of
+  // the way there, to what is not free.
+  void GoTo(const floorplan::Waypoint& place, double clearance_m);
+  // The same: turn once around on the spot.
+  void LookAround();
+  // It stands, as if the stop it is going to were not there.
+  void Drop();
+  // The floor is known better than before. What was bumped into and what stands in the way now is
+  // kept; a way that is not free any more is planned anew.
+  void SetMap(floorplan::FloorMap map);
 
-  bool finished() const { return stop_ >= num_stops(); }
+  // Empty: it has no place in the map, and looks around, twice at most, until it has one.
+  void Push(const std::optional<RobotPose>& pose) override;
+  bool See(const ObstacleView& view) override;
+  void Sense(const ContactFlags& contact) override { contact_ = contact; }
+  // A tour is driven on the map that it was planned on.
+  void Take(const GridUpdate&, Utime) override {}
+  Output Update(Utime now) override;
+
+  bool finished() const override { return stop_ >= num_stops(); }
+  bool succeeded() const override { return num_unreachable_ == 0; }
+  std::string Summary() const override;
+  std::string NameOf(int stop) const override;
+  const floorplan::Waypoint& place(int stop) const override { return stops_[stop].given; }
+  int waypoint(int stop) const override { return stops_[stop].waypoint; }
+  int num_stops() const override { return static_cast<int>(stops_.size()); }
+  const floorplan::Leg& leg() const override { return leg_; }
+  PoseState pose_state() const override { return verdict_.state; }
+  std::string waits_for() const override { return ""; }
+
   int stop() const { return stop_; }  // where it is going
-  int num_stops() const { return static_cast<int>(stops_.size()); }
   int num_unreachable() const { return num_unreachable_; }
-  // As given, not as it is driven to. Precondition: stop < num_stops().
-  const floorplan::Waypoint& place(int stop) const { return stops_[stop].given; }
-  const floorplan::Leg& leg() const { return leg_; }  // of the last kLeg
-  PoseState pose_state() const { return verdict_.state; }
+  bool held() const { return held_; }  // it stands, its pose is not good
+  double left_m() const { return pursuit_ ? pursuit_->Left() : 0; }  // of the way it follows
 
-  static constexpr int kRateHz = 20;
   static constexpr int kAttempts = 5;
 
  private:
@@ -96,13 +96,9 @@ class Navigator {
     floorplan::Waypoint given;
     floorplan::Waypoint aim;  // moved from walls, so that the robot can stand there
     double clearance_m = 0;   // to walls, of the ways to it and from it
+    int waypoint = -1;        // of the tour
+    bool look_around = false;  // where it is, in place of going anywhere
   };
-
-  Navigator(const NavigateConfig& config, floorplan::FloorMap map)
-      : config_(config),
-        map_(std::move(map)),
-        obstacles_(map_, config.clearance_m),
-        guard_(config) {}
 
   Stop MakeStop(const floorplan::Waypoint& given) const;
 
@@ -120,6 +116,7 @@ class Navigator {
   void BeginBlocked(Utime now, Output* out);
   void Blocked(Utime now, Output* out);
   bool RoomBehind() const;
+  void BeginLook();
   void Look(Output* out);
   void Align(Utime now, Output* out);
   void Settle(Utime now, Output* out);
@@ -128,7 +125,7 @@ class Navigator {
   void WatchProgress(Utime now, Output* out);
   void GoOn(EventKind kind, const std::string& reason, Output* out);
   void Tell(EventKind kind, const std::string& reason, Output* out) const;
-  void MarkObstacleAhead();
+  void SetStop(const Stop& stop);
   NavigateConfig config_;
   floorplan::FloorMap map_;  // with what was bumped into
   ObstacleLayer obstacles_;  // that the map does not have
@@ -158,6 +155,7 @@ class Navigator {
   int detours_ = 0;      // planned on the way to this stop
   double turned_ = 0;    // rad, while it looks around
   double last_yaw_ = 0;  // while it looks around
+  std::vector<Eigen::Vector2d> bumped_into_;  // centres of what it touched
   Eigen::Vector2d bumped_at_ = Eigen::Vector2d::Zero();
   double nearest_m_ = 0;  // the stop has been, along the way
   std::optional<Utime> progressed_;

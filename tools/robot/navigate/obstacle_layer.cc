@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace gw::navigate {
 
 using Eigen::Vector2d;
+using Eigen::Vector2i;
 using floorplan::FloorMap;
 
 ObstacleLayer::ObstacleLayer(const FloorMap& map, double known_m)
@@ -13,6 +15,23 @@ ObstacleLayer::ObstacleLayer(const FloorMap& map, double known_m)
       map_(map),
       distance_(floorplan::DistanceToOccupied(map, 2 * known_m + map.resolution)),
       remembered_(map.occupied.size(), 0) {}
+
+void ObstacleLayer::SetMap(const FloorMap& map) {
+  const FloorMap before = std::exchange(map_, map);
+  distance_ = floorplan::DistanceToOccupied(map_, 2 * known_m_ + map_.resolution);
+  const std::vector<uint8_t> marks = std::exchange(
+      remembered_, std::vector<uint8_t>(map_.occupied.size(), 0));
+  for (size_t i = 0; i < marks.size(); ++i) {
+    if (marks[i] == 0) continue;
+    const int cell = static_cast<int>(i);
+    const Vector2i at = map_.CellOf(before.CentreOf(cell % before.width, cell / before.width));
+    if (map_.InMap(at.x(), at.y())) remembered_[map_.index(at.x(), at.y())] = 1;
+  }
+  std::erase_if(obstacles_, [this](const Vector2d& p) {
+    const Vector2i at = map_.CellOf(p);
+    return !map_.InMap(at.x(), at.y()) || floorplan::DistanceAt(map_, distance_, p) < known_m_;
+  });
+}
 
 void ObstacleLayer::See(const ObstacleView& view, const RobotPose& at) {
   view_utime_ = view.utime;

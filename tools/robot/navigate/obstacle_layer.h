@@ -24,6 +24,9 @@ class ObstacleLayer {
   // known_m: obstacles nearer to an occupied cell of the map are that cell.
   ObstacleLayer(const floorplan::FloorMap& map, double known_m);
 
+  // Another map of the same floor; what is remembered stays, as far as it lies in it.
+  void SetMap(const floorplan::FloorMap& map);
+
   // at: the robot when the view's image was taken. The view replaces the one before.
   void See(const ObstacleView& view, const RobotPose& at);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 
 namespace gw::navigate {
 
@@ -44,6 +45,10 @@ void RunRecord::AddPose(const RobotPose& pose) {
   std::fprintf(poses_.get(), "%.6f %.6f %.6f 0 0 0 %.9f %.9f\n", pose.utime.seconds(),
                pose.position.x(), pose.position.y(), std::sin(0.5 * pose.yaw),
                std::cos(0.5 * pose.yaw));
+}
+
+void RunRecord::SetSummary(const std::string& text) {
+  std::ofstream(folder_ + "/summary.txt") << text << "\n";
 }
 
 Result<Done> RunRecord::Close() {

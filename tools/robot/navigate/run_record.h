@@ -3,8 +3,10 @@
 //   stops.csv  utime,stop,waypoint,status,x_plan,y_plan,yaw_plan,x,y,yaw,sigma_m
 //              a line for each stop: status reached or unreachable, where it should be, where the
 //              robot believed to be
+//              (waypoint -1: of exploration, a place to look from)
 //   plan.csv   stop,x,y: the points of every planned way, in order
 //   pose.tum   `t x y 0 0 0 qz qw`: the poses it drove on, 20 a second
+//   summary.txt  what was done, in one line; only when it came to its end
 #pragma once
 
 #include <cstdio>
@@ -12,7 +14,7 @@
 #include <string>
 
 #include "common/core/result.h"
-#include "tools/robot/navigate/navigator.h"
+#include "tools/robot/navigate/driver.h"
 
 namespace gw::navigate {
 
@@ -25,6 +27,7 @@ class RunRecord {
   void AddStop(const Event& event, int waypoint, const floorplan::Waypoint& place);
   void AddLeg(int stop, const floorplan::Leg& leg);
   void AddPose(const RobotPose& pose);
+  void SetSummary(const std::string& text);
   // Error kIo when something could not be written.
   Result<Done> Close();
 

@@ -8,7 +8,8 @@
 namespace gw::sim {
 namespace {
 
-constexpr int kControlEveryMs = 1000 / navigate::Navigator::kRateHz;
+constexpr int kGridEveryMs = 500;
+constexpr int kControlEveryMs = 1000 / navigate::Driver::kRateHz;
 // The newest DR state lags the image by up to a wheel message and its delay.
 constexpr DurationUs kMaxDrExtrapolation = Milliseconds(60);
 constexpr double kMoving = 0.02;  // m/s
@@ -17,11 +18,11 @@ constexpr double kMoving = 0.02;  // m/s
 
 ClosedLoop::ClosedLoop(std::unique_ptr<Simulation> sim, const RobotConfig& config,
                        const CameraGeometry& geometry, tools::SlamSession slam,
-                       navigate::Navigator navigator, const SE3& T_MG, const SE3& T_MW,
+                       std::unique_ptr<navigate::Driver> driver, const SE3& T_MG, const SE3& T_MW,
                        const ClosedLoopOptions& options)
     : sim_(std::move(sim)),
       slam_(std::move(slam)),
-      navigator_(std::move(navigator)),
+      driver_(std::move(driver)),
       T_MG_(T_MG),
       T_MW_(T_MW),
       options_(options),
@@ -33,7 +34,7 @@ ClosedLoop::ClosedLoop(std::unique_ptr<Simulation> sim, const RobotConfig& confi
 Result<std::unique_ptr<ClosedLoop>> ClosedLoop::Create(std::unique_ptr<Simulation> sim,
                                                        const RobotConfig& config,
                                                        tools::MapStart start,
-                                                       navigate::Navigator navigator,
+                                                       std::unique_ptr<navigate::Driver> driver,
                                                        const SE3& T_MG, const SE3& T_MW,
                                                        const ClosedLoopOptions& options) {
   const auto geometry = MakeCameraGeometry(config.calibration);
@@ -41,7 +42,7 @@ Result<std::unique_ptr<ClosedLoop>> ClosedLoop::Create(std::unique_ptr<Simulatio
   auto slam = tools::SlamSession::Create(config, std::move(start));
   if (!slam) return slam.error();
   std::unique_ptr<ClosedLoop> loop(new ClosedLoop(std::move(sim), config, *geometry,
-                                                  *std::move(slam), std::move(navigator), T_MG,
+                                                  *std::move(slam), std::move(driver), T_MG,
                                                   T_MW, options));
   loop->Watch();
   return loop;
@@ -53,7 +54,7 @@ void ClosedLoop::Watch() {
   });
   slam_.WatchMapping(
       {[this](const CameraFrame& frame, const FramePose& pose) { TakeImage(frame, pose); },
-       [this](const MapUpdate& update) { grid_.Apply(update); }});
+       [this](const MapUpdate& update) { grid_session_ += grid_.Apply(update) ? 1 : 0; }});
 }
 
 void ClosedLoop::TakeState(const DrState& state) {
@@ -64,11 +65,11 @@ void ClosedLoop::TakeState(const DrState& state) {
   steps_.Push(*composed, pose, state.stationary);
   if (options_.truth) return;
   if (!pose.has_map) {
-    navigator_.Push(std::nullopt);
+    driver_->Push(std::nullopt);
     return;
   }
   const navigate::RobotPose on_map = navigate::OnMap(T_MW_, pose);
-  navigator_.Push(on_map);
+  driver_->Push(on_map);
   if (on_pose) on_pose(on_map);
 }
 
@@ -78,17 +79,29 @@ void ClosedLoop::TakeImage(const CameraFrame& frame, const FramePose& pose) {
   const auto scan = looks_.Look(frame, grid_.length_factor());
   if (!scan) return;
   grid_.Add(pose, *scan);
-  grid_.Compose();
   const uint32_t epoch = dr_.empty() ? 0 : dr_.newest().reset_counter;
   const ObstacleView view =
       obstacles_.Push(frame.utime, dr_.PoseAt(frame.utime, kMaxDrExtrapolation), epoch, *scan);
   sees_ = view.seen_ahead_m > 0;
-  if (options_.obstacles) navigator_.See(view);
+  if (options_.obstacles) driver_->See(view);
+}
+
+// As gw-grid does: what changed, twice a second.
+void ClosedLoop::SendGrid() {
+  GridUpdate update;
+  update.tiles = grid_.Compose();
+  update.utime = grid_.utime();
+  update.seq = ++grid_seq_;
+  update.grid_session = grid_session_;
+  update.grid_version = grid_.version();
+  update.map_revision = grid_.map_revision();
+  update.cell_m = grid_.cell_m();
+  driver_->Take(update, sim_->now());
 }
 
 void ClosedLoop::TakeTruth(const GroundTruth& truth) {
   const navigate::RobotPose on_map = navigate::OnMap({truth.utime, truth.seq, T_MG_ * truth.T_GB});
-  if (options_.truth) navigator_.Push(on_map);
+  if (options_.truth) driver_->Push(on_map);
   if (options_.truth && on_pose) on_pose(on_map);
   if (on_truth) on_truth(on_map);
 }
@@ -104,13 +117,13 @@ void ClosedLoop::Deliver(const Outgoing& message) {
   if (message.channel != wire::kWheel) return;
   const auto wheel = wire::Decode<WheelSample>(message.message);
   if (!wheel) return;
-  navigator_.Sense(wheel->contact);
+  driver_->Sense(wheel->contact);
   report_.contacts += wheel->contact.bumper && !pressed_ ? 1 : 0;
   pressed_ = wheel->contact.bumper;
 }
 
 void ClosedLoop::Control() {
-  const double dt = 1.0 / navigate::Navigator::kRateHz;
+  const double dt = 1.0 / navigate::Driver::kRateHz;
   const Eigen::Vector2d position = sim_->T_GB().translation().head<2>();
   const double step = last_position_ ? (position - *last_position_).norm() : 0;
   last_position_ = position;
@@ -119,7 +132,7 @@ void ClosedLoop::Control() {
     (sees_ ? report_.seeing_s : report_.blind_s) += dt;
     (sees_ ? report_.seeing_way_m : report_.blind_way_m) += step;
   }
-  const navigate::Navigator::Output out = navigator_.Update(sim_->now());
+  const navigate::Driver::Output out = driver_->Update(sim_->now());
   sim_->Command({sim_->now(), ++commands_, out.speed.v, out.speed.w});
   for (const navigate::Event& event : out.events) {
     report_.reached += event.kind == navigate::EventKind::kReached ? 1 : 0;
@@ -131,15 +144,17 @@ void ClosedLoop::Control() {
 
 void ClosedLoop::Run(const std::function<void(double)>& progress) {
   int64_t ms = 0;
-  while (!navigator_.finished() && sim_->Step()) {
+  while (!driver_->finished() && sim_->Step()) {
     for (const Outgoing& message : sim_->Take()) Deliver(message);
     if (++ms % kControlEveryMs == 0) Control();
+    if (ms % kGridEveryMs == 0) SendGrid();
     if (ms % 1000 == 0) progress(sim_->seconds());
   }
   slam_.Finish();
+  grid_.Compose();
   report_.seconds = sim_->seconds();
-  report_.stops = navigator_.num_stops();
-  report_.finished = navigator_.finished();
+  report_.stops = driver_->num_stops();
+  report_.finished = driver_->finished();
 }
 
 }  // namespace gw::sim

@@ -1,6 +1,6 @@
 // The whole system and a simulated robot in one process, in lockstep: the simulator's messages go
 // to the stages of gw-slam, to the composer and glide of POSE and to the eyes of gw-grid; what they
-// say goes to the navigator, whose command goes back to the simulator. No clock: the same scenario
+// say goes to the driver (a tour or exploration), whose command goes back to the simulator. No clock: the same scenario
 // gives the same drive, however busy the machine is. What it leaves out of the live system is the
 // time that tracking an image and matching a stereo pair take (10 to 30 ms each).
 #pragma once
@@ -18,7 +18,7 @@
 #include "grid/core/look_taker.h"
 #include "grid/core/recent_obstacles.h"
 #include "tools/lab/slam/slam_session.h"
-#include "tools/robot/navigate/navigator.h"
+#include "tools/robot/navigate/driver.h"
 #include "tools/sim/closed_loop/pose_steps.h"
 #include "tools/sim/sim/simulation.h"
 
@@ -26,7 +26,7 @@ namespace gw::sim {
 
 struct ClosedLoopOptions {
   bool truth = false;     // drive on the true pose
-  bool obstacles = true;  // show the navigator what stands in the way
+  bool obstacles = true;  // show the driver what stands in the way
   dr_ekf::GlideRates rates;
 };
 
@@ -44,44 +44,45 @@ struct DriveReport {
 
 class ClosedLoop {
  public:
-  // T_MG: the frame of the simulator's truth in that of the navigator's map; T_MW: the world of
+  // T_MG: the frame of the simulator's truth in that of the driver's map; T_MW: the world of
   // POSE. `sim` is of Drive::kExternal.
   static Result<std::unique_ptr<ClosedLoop>> Create(std::unique_ptr<Simulation> sim,
                                                     const RobotConfig& config,
                                                     tools::MapStart start,
-                                                    navigate::Navigator navigator, const SE3& T_MG,
+                                                    std::unique_ptr<navigate::Driver> driver, const SE3& T_MG,
                                                     const SE3& T_MW,
                                                     const ClosedLoopOptions& options);
 
   // Until the tour is finished or the scenario's time is over. progress: every simulated second.
   void Run(const std::function<void(double seconds)>& progress);
 
-  // Called with every pose that the navigator gets, the truth in its map, and what it does.
+  // Called with every pose that the driver gets, the truth in its map, and what it does.
   std::function<void(const navigate::RobotPose&)> on_pose;
   std::function<void(const navigate::RobotPose&)> on_truth;
   std::function<void(const navigate::Event&)> on_event;
 
   const DriveReport& report() const { return report_; }
   const PoseSteps& steps() const { return steps_; }
-  const navigate::Navigator& navigator() const { return navigator_; }
+  const navigate::Driver& driver() const { return *driver_; }
   tools::SlamSession& slam() { return slam_; }
   grid::GridMap& grid() { return grid_; }
 
  private:
   ClosedLoop(std::unique_ptr<Simulation> sim, const RobotConfig& config,
-             const CameraGeometry& geometry, tools::SlamSession slam, navigate::Navigator navigator,
+             const CameraGeometry& geometry, tools::SlamSession slam, std::unique_ptr<navigate::Driver> driver,
              const SE3& T_MG, const SE3& T_MW, const ClosedLoopOptions& options);
 
   void Watch();
   void Deliver(const Outgoing& message);
   void TakeState(const DrState& state);
   void TakeImage(const CameraFrame& frame, const FramePose& pose);
+  void SendGrid();
   void TakeTruth(const GroundTruth& truth);
   void Control();
 
   std::unique_ptr<Simulation> sim_;
   tools::SlamSession slam_;
-  navigate::Navigator navigator_;
+  std::unique_ptr<navigate::Driver> driver_;
   SE3 T_MG_, T_MW_;
   ClosedLoopOptions options_;
   dr_ekf::PoseComposer composer_;
@@ -91,6 +92,7 @@ class ClosedLoop {
   grid::LookTaker looks_;
   grid::RecentObstacles obstacles_;
   grid::GridMap grid_;
+  int64_t grid_session_ = 1, grid_seq_ = 0;
   std::optional<FramePose> frame_;  // of the image that was delivered last
   std::optional<Eigen::Vector2d> last_position_;
   bool pressed_ = false;

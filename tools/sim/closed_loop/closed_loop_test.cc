@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/robot/floorplan/boxes_in_the_way.h"
+#include "tools/robot/navigate/navigator.h"
 #include "tools/sim/sim/scenario.h"
 
 namespace gw::sim {
@@ -31,7 +31,7 @@ TEST(ClosedLoop, GoesAroundABoxOnItsOwnPoses) {
   ASSERT_TRUE(navigator.ok());
   ClosedLoopOptions options;
   options.rates = {0.1, 0.087};
-  auto loop = ClosedLoop::Create(*std::move(sim), config, {}, *std::move(navigator), SE3(),
+  auto loop = ClosedLoop::Create(*std::move(sim), config, {}, std::make_unique<navigate::Navigator>(*std::move(navigator)), SE3(),
                                  navigate::MapFromWorld(scenario->waypoints[0]), options);
   ASSERT_TRUE(loop.ok()) << loop.error().message;
   double widest = 0;  // m beside the straight way

@@ -12,7 +12,9 @@
 #include "grid/core/floor_image.h"
 #include "grid/files/map_server.h"
 #include "tools/lab/nav_eval/closed_loop.h"
+#include "tools/robot/explore/coverage.h"
 #include "tools/robot/floorplan/boxes_in_the_way.h"
+#include "tools/robot/navigate/explorer.h"
 #include "tools/robot/navigate/run_record.h"
 #include "tools/sim/closed_loop/closed_loop.h"
 #include "tools/sim/sim/scenario.h"
@@ -27,7 +29,7 @@ constexpr double kBoxSide = 0.4, kBoxHeight = 0.5;   // m
 struct Arguments {
   std::string scenario, map, waypoints, path, out;
   int seed = 0, boxes = 0, threads = 1;
-  bool truth = false, jumps = false, no_obstacles = false, own_grid = false;
+  bool truth = false, jumps = false, no_obstacles = false, own_grid = false, explore = false;
   double rate_factor = 1;
 };
 
@@ -39,11 +41,10 @@ struct Course {
   ClosedLoopOptions options;
 };
 
-// Where the robot begins, as a planar pose.
-SE3 StartOf(const Simulation& sim) {
+// Where the robot begins.
+floorplan::Waypoint StartOf(const Simulation& sim) {
   const Eigen::Vector3d ahead = sim.T_GB().rotation() * Eigen::Vector3d::UnitX();
-  const Eigen::Vector2d position = sim.T_GB().translation().head<2>();
-  return navigate::MapFromWorld({position, std::atan2(ahead.y(), ahead.x())});
+  return {sim.T_GB().translation().head<2>(), std::atan2(ahead.y(), ahead.x())};
 }
 
 std::vector<floorplan::Waypoint> Moved(const SE3& T, std::vector<floorplan::Waypoint> waypoints) {
@@ -100,6 +101,19 @@ void AddBoxes(int count, Course* course) {
                course->scenario.world.boxes.size());
 }
 
+// How much of the floor that it could cover the robot has seen.
+nlohmann::json Seen(const Course& course, const floorplan::Waypoint& start,
+                    const navigate::Explorer& explorer, const SE3& T_MG) {
+  const explore::Coverage seen =
+      explore::CoverageOf(course.plan, start.position, course.config.navigate.robot_radius_m,
+                          explorer.map(), T_MG);
+  return {{"summary", explorer.Summary()},
+          {"frontiers", explorer.num_explored()},
+          {"frontiers_left", explorer.num_left()},
+          {"reachable_m2", seen.reachable_m2},
+          {"seen_share", seen.seen_m2 / seen.reachable_m2}};
+}
+
 nlohmann::json Summary(const ClosedLoop& loop, const navigate::ClosedLoop& driven) {
   const DriveReport& r = loop.report();
   const PoseSteps& s = loop.steps();
@@ -134,10 +148,10 @@ void ShowEvent(const navigate::Event& event) {
                event.pose.position.y());
 }
 
-// One drive; its record goes to `folder`. T_MG: the map of the navigator.
-Result<std::unique_ptr<ClosedLoop>> Drive(const Course& course, std::unique_ptr<Simulation> sim,
-                                          const floorplan::FloorMap& map, const SE3& T_MG,
-                                          tools::MapStart start, const std::string& folder) {
+// The tour of the scenario on `map`.
+Result<std::unique_ptr<navigate::Driver>> MakeTour(const Course& course,
+                                                   const floorplan::FloorMap& map,
+                                                   const SE3& T_MG) {
   const std::vector<int> tour =
       floorplan::StopsOfLaps(static_cast<int>(course.scenario.waypoints.size()),
                              course.scenario.visit, course.scenario.laps);
@@ -147,9 +161,28 @@ Result<std::unique_ptr<ClosedLoop>> Drive(const Course& course, std::unique_ptr<
   for (const std::string& complaint : navigator->complaints()) {
     std::fprintf(stderr, "gw-closed-loop: %s\n", complaint.c_str());
   }
-  const SE3 T_MW = T_MG * StartOf(*sim);
+  return std::unique_ptr<navigate::Driver>(
+      std::make_unique<navigate::Navigator>(*std::move(navigator)));
+}
+
+Result<std::unique_ptr<navigate::Driver>> MakeExplorer(const RobotConfig& config) {
+  const auto camera = MakeCameraGeometry(config.calibration);
+  if (!camera) return camera.error();
+  const auto sight = explore::SightOf(*camera, config.grid);
+  if (!sight) return sight.error();
+  return std::unique_ptr<navigate::Driver>(
+      std::make_unique<navigate::Explorer>(config.navigate, *sight));
+}
+
+// One drive; its record goes to `folder`. T_MG: the map of the driver.
+Result<std::unique_ptr<ClosedLoop>> Drive(const Course& course, std::unique_ptr<Simulation> sim,
+                                          std::unique_ptr<navigate::Driver> driver,
+                                          const SE3& T_MG, tools::MapStart start,
+                                          const std::string& folder) {
+  const floorplan::Waypoint begin = StartOf(*sim);
+  const SE3 T_MW = T_MG * navigate::MapFromWorld(begin);
   auto created = ClosedLoop::Create(std::move(sim), course.config, std::move(start),
-                                    *std::move(navigator), T_MG, T_MW, course.options);
+                                    std::move(driver), T_MG, T_MW, course.options);
   if (!created) return created.error();
   ClosedLoop& loop = **created;
   auto record = navigate::RunRecord::Create(folder);
@@ -167,10 +200,11 @@ Result<std::unique_ptr<ClosedLoop>> Drive(const Course& course, std::unique_ptr<
   loop.on_event = [&](const navigate::Event& event) {
     ShowEvent(event);
     if (event.kind == navigate::EventKind::kLeg) {
-      record->AddLeg(event.stop, loop.navigator().leg());
+      record->AddLeg(event.stop, loop.driver().leg());
     } else if (event.kind == navigate::EventKind::kReached ||
                event.kind == navigate::EventKind::kUnreachable) {
-      record->AddStop(event, tour[event.stop], loop.navigator().place(event.stop));
+      record->AddStop(event, loop.driver().waypoint(event.stop),
+                      loop.driver().place(event.stop));
     }
   };
   loop.Run([](double seconds) {
@@ -181,7 +215,12 @@ Result<std::unique_ptr<ClosedLoop>> Drive(const Course& course, std::unique_ptr<
   if (!driven) return driven.error();
   const auto measured = navigate::Evaluate(*driven, truth);
   if (!measured) return measured.error();
-  const std::string text = Summary(loop, *measured).dump(1);
+  nlohmann::json summary = Summary(loop, *measured);
+  if (const auto* explorer = dynamic_cast<const navigate::Explorer*>(&loop.driver())) {
+    summary.update(Seen(course, begin, *explorer, T_MG));
+    std::fprintf(stderr, "gw-closed-loop: %s\n", explorer->Summary().c_str());
+  }
+  const std::string text = summary.dump(1);
   std::ofstream(folder + "/drive.json") << text << "\n";
   std::printf("%s: %s\n", folder.c_str(), text.c_str());
   loop.on_pose = loop.on_truth = nullptr;
@@ -207,10 +246,13 @@ Result<Done> Run(const Arguments& a) {
         a.rate_factor * course.config.dr_ekf.pose_correction_m_s,
         a.rate_factor * course.config.dr_ekf.pose_correction_deg_s * std::numbers::pi / 180};
   }
-  const SE3 T_GW = StartOf(**sim);
-  auto first = Drive(course, *std::move(sim), course.plan, SE3(), {}, a.out + "/first");
+  const SE3 T_WG = navigate::MapFromWorld(StartOf(**sim)).inverse();
+  auto driver = a.explore ? MakeExplorer(course.config) : MakeTour(course, course.plan, SE3());
+  if (!driver) return driver.error();
+  auto first = Drive(course, *std::move(sim), *std::move(driver), a.explore ? T_WG : SE3(), {},
+                     a.out + "/first");
   if (!first) return first.error();
-  if (!a.own_grid) return Done{};
+  if (!a.own_grid && !a.explore) return Done{};
 
   grid::GridMap& grid = (*first)->grid();
   const std::string folder = a.out + "/grid";
@@ -219,12 +261,15 @@ Result<Done> Run(const Arguments& a) {
   if (!written) return written.error();
   const auto own = floorplan::LoadFloorMap(folder + "/map.yaml");
   if (!own) return own.error();
+  if (!a.own_grid) return Done{};
   const backend::Map map = (*first)->slam().mapper().map();
   first->reset();
   const auto again = [&](const std::string& name) -> Result<Done> {
     auto next = MakeSimulation(course, a, {kStartUs + kPauseUs});
     if (!next) return next.error();
-    const auto drive = Drive(course, *std::move(next), *own, T_GW.inverse(),
+    auto tour = MakeTour(course, *own, T_WG);
+    if (!tour) return tour.error();
+    const auto drive = Drive(course, *std::move(next), *std::move(tour), T_WG,
                              {map, {}, backend::MapUse::kGrow}, a.out + "/" + name);
     if (!drive) return drive.error();
     return Done{};
@@ -256,6 +301,9 @@ int main(int argc, char** argv) {
                  "so many boxes in the way that the map does not have (with --own-grid: in a "
                  "third drive, like the second)")
       ->check(CLI::Range(0, 50));
+  app.add_flag("--explore", a.explore,
+               "explore the building in the first drive, in place of the tour; leaves the floor "
+               "map in OUT/grid");
   app.add_flag("--own-grid", a.own_grid,
                "then a second drive, on the floor map and in the map that the first one made");
   app.add_flag("--truth", a.truth, "drive on the true pose");

@@ -1,0 +1,218 @@
+#include "tools/robot/navigate/explorer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tools/robot/explore/blind_ring.h"
+#include "tools/robot/explore/frontiers.h"
+#include "tools/robot/explore/sight_rays.h"
+#include "tools/robot/explore/way_lengths.h"
+
+namespace gw::navigate {
+namespace {
+
+using explore::View;
+using floorplan::FloorMap;
+
+constexpr double kGridSilenceS = 5;     // gw-grid sends twice a second
+constexpr double kLookedS = 0.3;        // after a stop, until GRID holds what was seen there
+constexpr double kReconsiderS = 1.0;    // between two searches on the way
+constexpr double kMostlySeen = 0.3;     // of what was to be seen is left: the view is not worth it
+constexpr double kNearlyThereM = 0.4;   // no other view is taken any more
+constexpr double kTightM = 0.02;        // clearance where nothing is left with the configured one
+constexpr double kRingMarginM = 0.15;   // beyond where the camera begins to see the floor
+
+// What a navigator knows of the floor before the first GRID.
+FloorMap UnknownFloor() {
+  FloorMap map;
+  map.width = map.height = 1;
+  map.resolution = 0.05;
+  map.occupied = {0};
+  map.unknown = {1};
+  return map;
+}
+
+}  // namespace
+
+Explorer::Explorer(const NavigateConfig& config, const explore::Sight& sight)
+    : config_(config),
+      sight_(sight),
+      least_m_(2 * config.robot_radius_m),
+      navigator_(config, UnknownFloor()) {}
+
+void Explorer::Push(const std::optional<RobotPose>& pose) {
+  pose_ = pose;
+  navigator_.Push(pose);
+}
+
+void Explorer::Take(const GridUpdate& update, Utime now) {
+  tiles_changed_ = tiles_.Take(update) || tiles_changed_;
+  if (!tiles_.empty()) grid_came_ = now;
+}
+
+void Explorer::BringMapUpToDate() {
+  if (!tiles_changed_) return;
+  tiles_changed_ = false;
+  map_ = tiles_.Map();
+  for (const Eigen::Vector2d& p : assumed_free_) {
+    const Eigen::Vector2i cell = map_.CellOf(p);
+    if (map_.InMap(cell.x(), cell.y())) map_.unknown[map_.index(cell.x(), cell.y())] = 0;
+  }
+  navigator_.SetMap(map_);
+}
+
+Driver::Output Explorer::Update(Utime now) {
+  Output out;
+  if (finished()) return out;
+  if (!began_) began_ = now;
+  if ((now - grid_came_.value_or(*began_)).seconds() > kGridSilenceS) {
+    Await(&out);
+    return out;
+  }
+  if (!grid_came_) return out;
+  if (!waits_for_.empty()) {
+    waits_for_.clear();
+    out.events.push_back({EventKind::kResumed, num_stops(), pose_.value_or(RobotPose{}), ""});
+  }
+  BringMapUpToDate();
+  if (phase_ == Phase::kWait) {
+    navigator_.LookAround();
+    phase_ = Phase::kLookAround;
+  }
+  Output moved = navigator_.Update(now);
+  out.speed = moved.speed;
+  for (Event& event : moved.events) TakeEvent(now, std::move(event), &out);
+  if (finished() || !pose_ || navigator_.held()) return out;
+  if (phase_ == Phase::kLook) {
+    LookAndGoOn(now, &out);
+  } else if (phase_ == Phase::kGo || phase_ == Phase::kReturn) {
+    Reconsider(now);
+  }
+  return out;
+}
+
+void Explorer::Await(Output* out) {
+  if (!waits_for_.empty()) return;
+  waits_for_ = "no floor map: GRID does not come, is gw-grid running?";
+  out->events.push_back(
+      {EventKind::kHeld, num_stops(), pose_.value_or(RobotPose{}), waits_for_});
+}
+
+void Explorer::TakeEvent(Utime now, Event event, Output* out) {
+  if (event.kind == EventKind::kFinished) return;  // one stop of many
+  out->events.push_back(event);
+  const bool reached = event.kind == EventKind::kReached;
+  if (!reached && event.kind != EventKind::kUnreachable) return;
+  if (phase_ == Phase::kReturn || (phase_ == Phase::kLookAround && !reached)) {
+    const std::string what = phase_ == Phase::kReturn ? "did not come back where it began: "
+                                                      : "could not look around: ";
+    return Finish(reached ? "" : what + event.reason, out);
+  }
+  if (phase_ == Phase::kGo && !reached) barred_.push_back(target_.place.position);
+  looked_from_ = phase_ == Phase::kGo && reached ? std::optional(target_) : std::nullopt;
+  phase_ = Phase::kLook;
+  arrived_ = now;
+}
+
+// What was seen from where it stands is in the floor map: where next?
+void Explorer::LookAndGoOn(Utime now, Output* out) {
+  if ((*grid_came_ - arrived_).seconds() < kLookedS) return;
+  if (!home_) {
+    home_ = {pose_->position, pose_->yaw};
+    assumed_free_ = explore::FreeByLookingOver(
+        map_, pose_->position, sight_.min_range_m + kRingMarginM);
+    tiles_changed_ = true;
+    BringMapUpToDate();
+  }
+  if (looked_from_) {
+    ++num_explored_;
+    looks_.Add(map_, {pose_->position, pose_->yaw}, sight_, least_m_);
+    looked_from_.reset();
+  }
+  reconsidered_ = now;
+  const Found found = FindViews();
+  if (!found.views.empty()) return GoTo(found);
+  CountLeft();
+  if (num_explored_ == 0 && num_left_ > 0) {
+    return Finish("enclosed where it stands: none of the floor that it sees can be driven to", out);
+  }
+  navigator_.GoTo(*home_, config_.robot_radius_m + config_.clearance_m);
+  phase_ = Phase::kReturn;
+}
+
+Explorer::Found Explorer::FindViews() const {
+  Found found;
+  explore::ViewSearch search;
+  search.sight = sight_;
+  search.least_m = least_m_;
+  search.looks = looks_.On(map_);
+  search.barred = barred_;
+  for (const double room : {config_.clearance_m, std::min(kTightM, config_.clearance_m)}) {
+    search.clearance_m = found.clearance_m = config_.robot_radius_m + room;
+    found.views = explore::FindViews(map_, pose_->position, search);
+    if (!found.views.empty()) break;
+  }
+  return found;
+}
+
+void Explorer::GoTo(const Found& found) {
+  target_ = found.views.front();
+  navigator_.GoTo(target_.place, found.clearance_m);
+  phase_ = Phase::kGo;
+}
+
+// On the way: is the view still worth it, or is there a better one?
+void Explorer::Reconsider(Utime now) {
+  if ((now - reconsidered_).seconds() < kReconsiderS) return;
+  reconsidered_ = now;
+  const Found found = FindViews();
+  if (found.views.empty()) {
+    // What was to be seen is seen. The look decides what comes next, from where it is.
+    if (phase_ == Phase::kGo) StopAndLook(now);
+    return;
+  }
+  if (phase_ == Phase::kReturn) return GoTo(found);
+  if ((target_.place.position - pose_->position).norm() < kNearlyThereM) return;
+  const std::vector<uint8_t> looks = looks_.On(map_);
+  const std::vector<uint8_t> open = explore::OpenCells(map_);
+  const double unseen =
+      explore::SightRays(map_, open, looks, sight_).UnseenFrom(target_.place);
+  const double value = explore::ValueOf(unseen, navigator_.left_m());
+  if (unseen < kMostlySeen * target_.unseen_m2 || found.views.front().value > kBetter * value) {
+    GoTo(found);
+  }
+}
+
+void Explorer::StopAndLook(Utime now) {
+  navigator_.Drop();
+  phase_ = Phase::kLook;
+  arrived_ = now;
+}
+
+void Explorer::CountLeft() {
+  num_left_ = static_cast<int>(explore::FindFrontiers(map_, {}, least_m_).size());
+}
+
+void Explorer::Finish(const std::string& why_not, Output* out) {
+  CountLeft();
+  why_not_ = why_not;
+  phase_ = Phase::kFinished;
+  out->speed = {};
+  out->events.push_back({EventKind::kFinished, num_stops(), pose_.value_or(RobotPose{}), ""});
+}
+
+std::string Explorer::Summary() const {
+  std::string text = "explored: " + std::to_string(num_explored_) + " frontiers, " +
+                     std::to_string(num_left_) + " unreachable";
+  if (!why_not_.empty()) text += "; " + why_not_;
+  return text;
+}
+
+std::string Explorer::NameOf(int stop) const {
+  if (stop == 0) return "where it began";
+  if (phase_ == Phase::kReturn || phase_ == Phase::kFinished) return "back where it began";
+  return "view " + std::to_string(stop);
+}
+
+}  // namespace gw::navigate

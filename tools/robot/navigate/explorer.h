@@ -1,0 +1,106 @@
+// Explores: drives until the robot's own floor map (GRID) has no frontier left that it could look
+// past, then back to where it began.
+//
+// It looks around once where it begins. Then, over and over: of all frontiers (explore/frontiers.h)
+// the view that shows most for the way there (explore/views.h); the way there over known free cells
+// only, as the navigator drives it, with its recovery behaviours; a look. What was not to be seen
+// past from there is looked at once more from nearer and then given up (explore/looks.h), and a
+// view that the navigator could not reach is barred. On the way it looks for a better view whenever
+// the floor map has changed: it leaves the one it has when most of what was to be seen there is
+// seen already, or when another is worth kBetter times as much.
+//
+// The floor around the robot where it is put down, nearer than the camera sees, is taken for free
+// where floor is seen behind it (explore/blind_ring.h); nothing else that is unknown is entered.
+//
+// The frame M of its poses is W.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/config/navigate_config.h"
+#include "common/core/result.h"
+#include "tools/robot/explore/looks.h"
+#include "tools/robot/explore/sight.h"
+#include "tools/robot/explore/views.h"
+#include "tools/robot/navigate/driver.h"
+#include "tools/robot/navigate/floor_tiles.h"
+#include "tools/robot/navigate/navigator.h"
+
+namespace gw::navigate {
+
+class Explorer : public Driver {
+ public:
+  Explorer(const NavigateConfig& config, const explore::Sight& sight);
+
+  void Push(const std::optional<RobotPose>& pose) override;
+  bool See(const ObstacleView& view) override { return navigator_.See(view); }
+  void Sense(const ContactFlags& contact) override { navigator_.Sense(contact); }
+  void Take(const GridUpdate& update, Utime now) override;
+  Output Update(Utime now) override;
+
+  bool finished() const override { return phase_ == Phase::kFinished; }
+  // It is back where it began, and no frontier is left that it could look past.
+  bool succeeded() const override { return why_not_.empty(); }
+  std::string Summary() const override;
+  std::string NameOf(int stop) const override;
+  const floorplan::Waypoint& place(int stop) const override { return navigator_.place(stop); }
+  int waypoint(int) const override { return -1; }
+  int num_stops() const override { return navigator_.num_stops(); }
+  const floorplan::Leg& leg() const override { return navigator_.leg(); }
+  PoseState pose_state() const override { return navigator_.pose_state(); }
+  std::string waits_for() const override { return waits_for_; }
+
+  int num_explored() const { return num_explored_; }  // frontiers that it went to and looked past
+  int num_left() const { return num_left_; }          // out of reach or not to be seen past
+  // The floor map as it drives on it.
+  const floorplan::FloorMap& map() const { return map_; }
+
+  static constexpr double kBetter = 1.5;
+
+ private:
+  enum class Phase { kWait, kLookAround, kLook, kGo, kReturn, kFinished };
+  struct Found {
+    std::vector<explore::View> views;  // best first
+    double clearance_m = 0;            // of the ways there
+  };
+
+  void BringMapUpToDate();
+  void Await(Output* out);
+  void TakeEvent(Utime now, Event event, Output* out);
+  void LookAndGoOn(Utime now, Output* out);
+  void Reconsider(Utime now);
+  void StopAndLook(Utime now);
+  Found FindViews() const;
+  void GoTo(const Found& found);
+  void CountLeft();
+  void Finish(const std::string& why_not, Output* out);
+
+  NavigateConfig config_;
+  explore::Sight sight_;
+  double least_m_;  // length of a frontier: the robot's diameter
+  Navigator navigator_;
+  FloorTiles tiles_;
+  bool tiles_changed_ = false;
+  std::optional<Utime> grid_came_;
+  floorplan::FloorMap map_;
+  std::vector<Eigen::Vector2d> assumed_free_;
+  explore::LookCounts looks_;
+  std::vector<Eigen::Vector2d> barred_;
+
+  Phase phase_ = Phase::kWait;
+  std::optional<RobotPose> pose_;
+  std::optional<Utime> began_;
+  std::optional<floorplan::Waypoint> home_;
+  explore::View target_;
+  std::optional<explore::View> looked_from_;  // it stands there and looks
+  Utime arrived_;                             // where it stands
+  Utime reconsidered_;
+  int num_explored_ = 0, num_left_ = 0;
+  std::string waits_for_;
+  std::string why_not_;  // it did not succeed; empty: it did
+};
+
+}  // namespace gw::navigate

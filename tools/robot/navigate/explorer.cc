@@ -133,12 +133,20 @@ void Explorer::LookAndGoOn(Utime now, Output* out) {
   reconsidered_ = now;
   const Found found = FindViews();
   if (!found.views.empty()) return GoTo(found);
-  CountLeft();
-  if (num_explored_ == 0 && num_left_ > 0) {
+  if (num_explored_ == 0 && Enclosed()) {
     return Finish("enclosed where it stands: none of the floor that it sees can be driven to", out);
   }
   navigator_.GoTo(*home_, config_.robot_radius_m + config_.clearance_m);
   phase_ = Phase::kReturn;
+}
+
+// There is no place, farther away than the robot is wide, that it can drive to.
+bool Explorer::Enclosed() const {
+  const std::vector<float> way =
+      explore::WayLengths(map_, pose_->position, config_.robot_radius_m + kTightM);
+  return std::none_of(way.begin(), way.end(), [this](float length) {
+    return std::isfinite(length) && length > least_m_;
+  });
 }
 
 Explorer::Found Explorer::FindViews() const {

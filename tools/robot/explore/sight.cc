@@ -15,9 +15,8 @@ constexpr double kShareOfAngle = 0.95;  // the last columns have no partner in t
 Result<Sight> SightOf(const CameraGeometry& geometry, const GridConfig& grid) {
   const RectifiedCamera& camera = geometry.rectified;
   Sight sight;
-  sight.half_angle =
-      kShareOfAngle * std::min(std::atan(camera.cx / camera.fx),
-                               std::atan((camera.width - camera.cx) / camera.fx));
+  sight.half_angle = kShareOfAngle * std::min(std::atan(camera.cx / camera.fx),
+                                              std::atan((camera.width - camera.cx) / camera.fx));
   sight.max_range_m = kShareOfRange * std::min(grid.max_range_m, camera.depth_max_m);
   const Eigen::Vector3d eye_B = camera.T_BC.translation();
   // Where the lowest row meets the floor, at both ends of it.

@@ -23,10 +23,10 @@ struct View {
 
 struct ViewSearch {
   Sight sight;
-  double clearance_m = 0;  // of places to stand and of ways there, from cells that are not free
-  double least_m = 0;      // length of a frontier
-  std::vector<uint8_t> looks;             // LookCounts::On the map
-  std::vector<Eigen::Vector2d> barred;    // no view is nearer to one of these than kBarredM
+  double clearance_m = 0;      // of places to stand and of ways there, from cells that are not free
+  double least_m = 0;          // length of a frontier
+  std::vector<uint8_t> looks;  // LookCounts::On the map
+  std::vector<Eigen::Vector2d> barred;  // no view is nearer to one of these than kBarredM
 };
 inline constexpr double kBarredM = 0.4;
 

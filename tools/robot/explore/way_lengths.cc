@@ -13,8 +13,7 @@ std::vector<float> WayLengths(const floorplan::FloorMap& map, const Eigen::Vecto
                               double clearance) {
   std::vector<float> length(map.occupied.size(), std::numeric_limits<float>::infinity());
   if (length.empty()) return length;
-  const std::vector<float> room =
-      floorplan::DistanceToNotFree(map, clearance + 2 * map.resolution);
+  const std::vector<float> room = floorplan::DistanceToNotFree(map, clearance + 2 * map.resolution);
   const auto can_stand = [&](int x, int y) {
     return map.InMap(x, y) && static_cast<double>(room[map.index(x, y)]) >= clearance;
   };

@@ -15,13 +15,13 @@ namespace {
 using explore::View;
 using floorplan::FloorMap;
 
-constexpr double kGridSilenceS = 5;     // gw-grid sends twice a second
-constexpr double kLookedS = 0.3;        // after a stop, until GRID holds what was seen there
-constexpr double kReconsiderS = 1.0;    // between two searches on the way
-constexpr double kMostlySeen = 0.3;     // of what was to be seen is left: the view is not worth it
-constexpr double kNearlyThereM = 0.4;   // no other view is taken any more
-constexpr double kTightM = 0.02;        // clearance where nothing is left with the configured one
-constexpr double kRingMarginM = 0.15;   // beyond where the camera begins to see the floor
+constexpr double kGridSilenceS = 5;    // gw-grid sends twice a second
+constexpr double kLookedS = 0.3;       // after a stop, until GRID holds what was seen there
+constexpr double kReconsiderS = 1.0;   // between two searches on the way
+constexpr double kMostlySeen = 0.3;    // of what was to be seen is left: the view is not worth it
+constexpr double kNearlyThereM = 0.4;  // no other view is taken any more
+constexpr double kTightM = 0.02;       // clearance where nothing is left with the configured one
+constexpr double kRingMarginM = 0.15;  // beyond where the camera begins to see the floor
 
 // What a navigator knows of the floor before the first GRID.
 FloorMap UnknownFloor() {
@@ -95,8 +95,7 @@ Driver::Output Explorer::Update(Utime now) {
 void Explorer::Await(Output* out) {
   if (!waits_for_.empty()) return;
   waits_for_ = "no floor map: GRID does not come, is gw-grid running?";
-  out->events.push_back(
-      {EventKind::kHeld, num_stops(), pose_.value_or(RobotPose{}), waits_for_});
+  out->events.push_back({EventKind::kHeld, num_stops(), pose_.value_or(RobotPose{}), waits_for_});
 }
 
 void Explorer::TakeEvent(Utime now, Event event, Output* out) {
@@ -105,8 +104,8 @@ void Explorer::TakeEvent(Utime now, Event event, Output* out) {
   const bool reached = event.kind == EventKind::kReached;
   if (!reached && event.kind != EventKind::kUnreachable) return;
   if (phase_ == Phase::kReturn || (phase_ == Phase::kLookAround && !reached)) {
-    const std::string what = phase_ == Phase::kReturn ? "did not come back where it began: "
-                                                      : "could not look around: ";
+    const std::string what =
+        phase_ == Phase::kReturn ? "did not come back where it began: " : "could not look around: ";
     return Finish(reached ? "" : what + event.reason, out);
   }
   if (phase_ == Phase::kGo && !reached) barred_.push_back(target_.place.position);
@@ -120,8 +119,8 @@ void Explorer::LookAndGoOn(Utime now, Output* out) {
   if ((*grid_came_ - arrived_).seconds() < kLookedS) return;
   if (!home_) {
     home_ = {pose_->position, pose_->yaw};
-    assumed_free_ = explore::FreeByLookingOver(
-        map_, pose_->position, sight_.min_range_m + kRingMarginM);
+    assumed_free_ =
+        explore::FreeByLookingOver(map_, pose_->position, sight_.min_range_m + kRingMarginM);
     tiles_changed_ = true;
     BringMapUpToDate();
   }
@@ -144,9 +143,8 @@ void Explorer::LookAndGoOn(Utime now, Output* out) {
 bool Explorer::Enclosed() const {
   const std::vector<float> way =
       explore::WayLengths(map_, pose_->position, config_.robot_radius_m + kTightM);
-  return std::none_of(way.begin(), way.end(), [this](float length) {
-    return std::isfinite(length) && length > least_m_;
-  });
+  return std::none_of(way.begin(), way.end(),
+                      [this](float length) { return std::isfinite(length) && length > least_m_; });
 }
 
 Explorer::Found Explorer::FindViews() const {
@@ -184,8 +182,7 @@ void Explorer::Reconsider(Utime now) {
   if ((target_.place.position - pose_->position).norm() < kNearlyThereM) return;
   const std::vector<uint8_t> looks = looks_.On(map_);
   const std::vector<uint8_t> open = explore::OpenCells(map_);
-  const double unseen =
-      explore::SightRays(map_, open, looks, sight_).UnseenFrom(target_.place);
+  const double unseen = explore::SightRays(map_, open, looks, sight_).UnseenFrom(target_.place);
   const double value = explore::ValueOf(unseen, navigator_.left_m());
   if (unseen < kMostlySeen * target_.unseen_m2 || found.views.front().value > kBetter * value) {
     GoTo(found);

@@ -61,16 +61,15 @@ Result<std::unique_ptr<NavigateNode>> NavigateNode::CreateTour(const RobotConfig
     return Error{navigator.error().code, options.waypoints + ": " + navigator.error().message};
   }
   std::vector<std::string> complaints = navigator->complaints();
-  std::unique_ptr<NavigateNode> node(
-      new NavigateNode(std::make_unique<Navigator>(*std::move(navigator)), MapFromWorld(start),
-                       options.truth));
+  std::unique_ptr<NavigateNode> node(new NavigateNode(
+      std::make_unique<Navigator>(*std::move(navigator)), MapFromWorld(start), options.truth));
   node->complaints_ = std::move(complaints);
   return node;
 }
 
 // What it drives on is GRID, which is in W, as POSE is.
-Result<std::unique_ptr<NavigateNode>> NavigateNode::CreateExplorer(
-    const RobotConfig& config, const NavigateOptions& options) {
+Result<std::unique_ptr<NavigateNode>> NavigateNode::CreateExplorer(const RobotConfig& config,
+                                                                   const NavigateOptions& options) {
   if (!options.map.empty() || !options.waypoints.empty() || !options.path.empty() ||
       !options.start.empty() || options.laps != 1 || options.truth) {
     return Error{ErrorCode::kInvalidArgument,
@@ -159,7 +158,7 @@ void NavigateNode::Tell(Utime now, const Event& event, process::Shell& shell) {
     if (record_) record_->AddLeg(event.stop, driver_->leg());
     return;
   }
-  std::string text = event.kind == EventKind::kFinished ? driver_->Summary()
+  std::string text = event.kind == EventKind::kFinished  ? driver_->Summary()
                      : event.stop < driver_->num_stops() ? driver_->NameOf(event.stop)
                                                          : "";
   if (!event.reason.empty()) text += (text.empty() ? "" : ": ") + event.reason;

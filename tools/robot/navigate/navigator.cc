@@ -493,8 +493,8 @@ std::string Navigator::Summary() const {
 }
 
 std::string Navigator::NameOf(int stop) const {
-  return "stop " + std::to_string(stop + 1) + " of " + std::to_string(num_stops()) +
-         ", waypoint " + std::to_string(stops_[stop].waypoint);
+  return "stop " + std::to_string(stop + 1) + " of " + std::to_string(num_stops()) + ", waypoint " +
+         std::to_string(stops_[stop].waypoint);
 }
 
 void Navigator::Tell(EventKind kind, const std::string& reason, Output* out) const {

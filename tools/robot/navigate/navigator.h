@@ -94,9 +94,9 @@ class Navigator : public Driver {
 
   struct Stop {
     floorplan::Waypoint given;
-    floorplan::Waypoint aim;  // moved from walls, so that the robot can stand there
-    double clearance_m = 0;   // to walls, of the ways to it and from it
-    int waypoint = -1;        // of the tour
+    floorplan::Waypoint aim;   // moved from walls, so that the robot can stand there
+    double clearance_m = 0;    // to walls, of the ways to it and from it
+    int waypoint = -1;         // of the tour
     bool look_around = false;  // where it is, in place of going anywhere
   };
 
@@ -151,10 +151,10 @@ class Navigator : public Driver {
   floorplan::Leg leg_;
   std::optional<floorplan::Pursuit> pursuit_;
   Utime phase_began_;
-  Utime planned_;        // when it last tried to plan around obstacles
-  int detours_ = 0;      // planned on the way to this stop
-  double turned_ = 0;    // rad, while it looks around
-  double last_yaw_ = 0;  // while it looks around
+  Utime planned_;                             // when it last tried to plan around obstacles
+  int detours_ = 0;                           // planned on the way to this stop
+  double turned_ = 0;                         // rad, while it looks around
+  double last_yaw_ = 0;                       // while it looks around
   std::vector<Eigen::Vector2d> bumped_into_;  // centres of what it touched
   Eigen::Vector2d bumped_at_ = Eigen::Vector2d::Zero();
   double nearest_m_ = 0;  // the stop has been, along the way

@@ -19,8 +19,8 @@ ObstacleLayer::ObstacleLayer(const FloorMap& map, double known_m)
 void ObstacleLayer::SetMap(const FloorMap& map) {
   const FloorMap before = std::exchange(map_, map);
   distance_ = floorplan::DistanceToOccupied(map_, 2 * known_m_ + map_.resolution);
-  const std::vector<uint8_t> marks = std::exchange(
-      remembered_, std::vector<uint8_t>(map_.occupied.size(), 0));
+  const std::vector<uint8_t> marks =
+      std::exchange(remembered_, std::vector<uint8_t>(map_.occupied.size(), 0));
   for (size_t i = 0; i < marks.size(); ++i) {
     if (marks[i] == 0) continue;
     const int cell = static_cast<int>(i);

@@ -48,11 +48,13 @@ void RunRecord::AddPose(const RobotPose& pose) {
 }
 
 void RunRecord::SetSummary(const std::string& text) {
-  std::ofstream(folder_ + "/summary.txt") << text << "\n";
+  std::ofstream out(folder_ + "/summary.txt");
+  out << text << std::endl;
+  summary_good_ = out.good();
 }
 
 Result<Done> RunRecord::Close() {
-  bool good = true;
+  bool good = summary_good_;
   for (File* file : {&stops_, &plan_, &poses_}) {
     good = std::fflush(file->get()) == 0 && std::ferror(file->get()) == 0 && good;
   }

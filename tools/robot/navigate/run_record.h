@@ -41,6 +41,7 @@ class RunRecord {
 
   std::string folder_;
   File stops_, plan_, poses_;
+  bool summary_good_ = true;
 };
 
 }  // namespace gw::navigate

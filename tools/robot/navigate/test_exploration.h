@@ -48,7 +48,7 @@ class TestExploration {
   }
 
  private:
-  using Cell = std::pair<int, int>;  // y, x in W
+  using Cell = std::pair<int, int>;      // y, x in W
   static constexpr double kSeam = 0.07;  // m before an obstacle no floor is seen
 
   static Cell CellOf(const Eigen::Vector2d& p) {
@@ -138,7 +138,12 @@ class TestExploration {
       base_.Command(seconds(), allowed.v_m_s, allowed.w_rad_s);
       const floorplan::FloorMap& map = explorer.map();
       const Eigen::Vector2i cell = map.CellOf(base_.position());
-      if (!map.occupied.empty() && map.Unknown(cell.x(), cell.y())) { if(!entered_unknown_) std::printf("unknown at %.2f s (%.2f, %.2f) w=%d\n", seconds(), base_.position().x(), base_.position().y(), map.width); entered_unknown_ = true;}
+      if (!map.occupied.empty() && map.Unknown(cell.x(), cell.y())) {
+        if (!entered_unknown_)
+          std::printf("unknown at %.2f s (%.2f, %.2f) w=%d\n", seconds(), base_.position().x(),
+                      base_.position().y(), map.width);
+        entered_unknown_ = true;
+      }
     }
     const Eigen::Vector2d before = base_.position();
     base_.Step(seconds(), 1e-3, {});

@@ -41,9 +41,8 @@ Result<std::unique_ptr<ClosedLoop>> ClosedLoop::Create(std::unique_ptr<Simulatio
   if (!geometry) return geometry.error();
   auto slam = tools::SlamSession::Create(config, std::move(start));
   if (!slam) return slam.error();
-  std::unique_ptr<ClosedLoop> loop(new ClosedLoop(std::move(sim), config, *geometry,
-                                                  *std::move(slam), std::move(driver), T_MG,
-                                                  T_MW, options));
+  std::unique_ptr<ClosedLoop> loop(new ClosedLoop(
+      std::move(sim), config, *geometry, *std::move(slam), std::move(driver), T_MG, T_MW, options));
   loop->Watch();
   return loop;
 }

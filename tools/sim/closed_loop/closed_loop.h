@@ -1,8 +1,9 @@
 // The whole system and a simulated robot in one process, in lockstep: the simulator's messages go
 // to the stages of gw-slam, to the composer and glide of POSE and to the eyes of gw-grid; what they
-// say goes to the driver (a tour or exploration), whose command goes back to the simulator. No clock: the same scenario
-// gives the same drive, however busy the machine is. What it leaves out of the live system is the
-// time that tracking an image and matching a stereo pair take (10 to 30 ms each).
+// say goes to the driver (a tour or exploration), whose command goes back to the simulator. No
+// clock: the same scenario gives the same drive, however busy the machine is. What it leaves out of
+// the live system is the time that tracking an image and matching a stereo pair take (10 to 30 ms
+// each).
 #pragma once
 
 #include <functional>
@@ -49,8 +50,8 @@ class ClosedLoop {
   static Result<std::unique_ptr<ClosedLoop>> Create(std::unique_ptr<Simulation> sim,
                                                     const RobotConfig& config,
                                                     tools::MapStart start,
-                                                    std::unique_ptr<navigate::Driver> driver, const SE3& T_MG,
-                                                    const SE3& T_MW,
+                                                    std::unique_ptr<navigate::Driver> driver,
+                                                    const SE3& T_MG, const SE3& T_MW,
                                                     const ClosedLoopOptions& options);
 
   // Until the tour is finished or the scenario's time is over. progress: every simulated second.
@@ -69,8 +70,9 @@ class ClosedLoop {
 
  private:
   ClosedLoop(std::unique_ptr<Simulation> sim, const RobotConfig& config,
-             const CameraGeometry& geometry, tools::SlamSession slam, std::unique_ptr<navigate::Driver> driver,
-             const SE3& T_MG, const SE3& T_MW, const ClosedLoopOptions& options);
+             const CameraGeometry& geometry, tools::SlamSession slam,
+             std::unique_ptr<navigate::Driver> driver, const SE3& T_MG, const SE3& T_MW,
+             const ClosedLoopOptions& options);
 
   void Watch();
   void Deliver(const Outgoing& message);

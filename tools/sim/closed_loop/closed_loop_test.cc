@@ -31,8 +31,9 @@ TEST(ClosedLoop, GoesAroundABoxOnItsOwnPoses) {
   ASSERT_TRUE(navigator.ok());
   ClosedLoopOptions options;
   options.rates = {0.1, 0.087};
-  auto loop = ClosedLoop::Create(*std::move(sim), config, {}, std::make_unique<navigate::Navigator>(*std::move(navigator)), SE3(),
-                                 navigate::MapFromWorld(scenario->waypoints[0]), options);
+  auto loop = ClosedLoop::Create(*std::move(sim), config, {},
+                                 std::make_unique<navigate::Navigator>(*std::move(navigator)),
+                                 SE3(), navigate::MapFromWorld(scenario->waypoints[0]), options);
   ASSERT_TRUE(loop.ok()) << loop.error().message;
   double widest = 0;  // m beside the straight way
   (*loop)->on_truth = [&](const navigate::RobotPose& truth) {

@@ -104,9 +104,8 @@ void AddBoxes(int count, Course* course) {
 // How much of the floor that it could cover the robot has seen.
 nlohmann::json Seen(const Course& course, const floorplan::Waypoint& start,
                     const navigate::Explorer& explorer, const SE3& T_MG) {
-  const explore::Coverage seen =
-      explore::CoverageOf(course.plan, start.position, course.config.navigate.robot_radius_m,
-                          explorer.map(), T_MG);
+  const explore::Coverage seen = explore::CoverageOf(
+      course.plan, start.position, course.config.navigate.robot_radius_m, explorer.map(), T_MG);
   return {{"summary", explorer.Summary()},
           {"frontiers", explorer.num_explored()},
           {"frontiers_left", explorer.num_left()},
@@ -176,9 +175,8 @@ Result<std::unique_ptr<navigate::Driver>> MakeExplorer(const RobotConfig& config
 
 // One drive; its record goes to `folder`. T_MG: the map of the driver.
 Result<std::unique_ptr<ClosedLoop>> Drive(const Course& course, std::unique_ptr<Simulation> sim,
-                                          std::unique_ptr<navigate::Driver> driver,
-                                          const SE3& T_MG, tools::MapStart start,
-                                          const std::string& folder) {
+                                          std::unique_ptr<navigate::Driver> driver, const SE3& T_MG,
+                                          tools::MapStart start, const std::string& folder) {
   const floorplan::Waypoint begin = StartOf(*sim);
   const SE3 T_MW = T_MG * navigate::MapFromWorld(begin);
   auto created = ClosedLoop::Create(std::move(sim), course.config, std::move(start),
@@ -203,8 +201,7 @@ Result<std::unique_ptr<ClosedLoop>> Drive(const Course& course, std::unique_ptr<
       record->AddLeg(event.stop, loop.driver().leg());
     } else if (event.kind == navigate::EventKind::kReached ||
                event.kind == navigate::EventKind::kUnreachable) {
-      record->AddStop(event, loop.driver().waypoint(event.stop),
-                      loop.driver().place(event.stop));
+      record->AddStop(event, loop.driver().waypoint(event.stop), loop.driver().place(event.stop));
     }
   };
   loop.Run([](double seconds) {

@@ -23,7 +23,8 @@ constexpr double kWindow = 3.0;    // px at level 0, around where it may be
 constexpr double kMaxChi2 = 25.0;
 constexpr double kMovedWay = 0.03;   // m, and
 constexpr double kMovedTurn = 0.02;  // rad: more than vision that stands still makes of noise
-constexpr int kWitnesses = 10;       // features that move as DR says, where vision refutes it
+constexpr double kNewest = 0.1;      // weight of an image in the mean over about a second
+constexpr int kWitnesses = 10;       // features that can speak for DR, or against it
 
 // own: the feature's own part of the covariance. What all features of an image have in common may
 // be one error of DR: it explains a residual, and is not counted against each of them.
@@ -185,16 +186,20 @@ FixedInImage::Vote FixedInImage::VoteOf(const Likelihoods& l) {
   return as_vision_says || no_way ? Vote::kNeither : Vote::kNone;
 }
 
-// DR is contradicted by what moves otherwise, and by what is known to be of the world and stands
-// still; by more than what moves as DR says, or may be fixed.
+// DR is contradicted where most of what is known to be of the world does not move as it says. Where
+// little is known, by what moves otherwise, if that is more than what moves as DR says and more
+// than what may be fixed.
 bool FixedInImage::Contradicted(const std::vector<Vote>& votes) const {
-  int as_dr = 0, otherwise = 0, maybe_fixed = 0;
+  int known_as_dr = 0, known_otherwise = 0, as_dr = 0, otherwise = 0, maybe_fixed = 0;
   for (size_t i = 0; i < votes.size(); ++i) {
     const bool known = tracks_[i].kind == Kind::kWorld;
     as_dr += votes[i] == Vote::kWorld;
-    otherwise += votes[i] == Vote::kNeither || (known && votes[i] == Vote::kFixed);
-    maybe_fixed += tracks_[i].kind == Kind::kUnknown && votes[i] == Vote::kFixed;
+    otherwise += votes[i] == Vote::kNeither;
+    maybe_fixed += votes[i] == Vote::kFixed;
+    known_as_dr += known && votes[i] == Vote::kWorld;
+    known_otherwise += known && (votes[i] == Vote::kFixed || votes[i] == Vote::kNeither);
   }
+  if (known_as_dr + known_otherwise >= kWitnesses) return known_otherwise > known_as_dr;
   return otherwise > std::max(as_dr, maybe_fixed);
 }
 
@@ -211,8 +216,10 @@ void FixedInImage::Decide(bool dr_refuted) {
   for (size_t i = 0; i < tracks_.size(); ++i) {
     if (explained[i]) votes[i] = VoteOf(*explained[i]);
   }
+  const bool contradicted = Contradicted(votes);
+  contradicted_ += kNewest * ((contradicted ? 1 : 0) - contradicted_);
   const bool believed =
-      !Contradicted(votes) && (!dr_refuted || MovesAsDrSays(explained, kWitnesses));
+      !contradicted && contradicted_ < 0.5 && (!dr_refuted || MovesAsDrSays(explained, kWitnesses));
   if (!any()) since_ = {std::numeric_limits<int64_t>::max()};
   num_fixed_ = 0;
   for (size_t i = 0; i < tracks_.size(); ++i) {

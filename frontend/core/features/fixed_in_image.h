@@ -17,9 +17,9 @@
 //
 // Vision is a witness, too: what moves as it says is of the world. That is asked only where vision
 // moves, and where of the features that tell the two motions apart no majority moves as DR says:
-// otherwise vision is drawn along by what is fixed. In the same way DR is believed only where what
-// moves otherwise, or is known to be of the world and stands still, is less than what moves as DR
-// says or may be fixed; DR that vision has refuted, where ten features say that they move by it.
+// otherwise vision is drawn along by what is fixed. In the same way DR is believed only where most
+// of what is known to be of the world moves as it says, now and lately; DR that vision has refuted,
+// where ten features say that they move by it.
 #pragma once
 
 #include <deque>
@@ -65,8 +65,8 @@ class FixedInImage {
   FeatureFrame Without(const FeatureFrame& frame) const;
 
  private:
-  // Half a world that is fixed makes a pose of its own; a quarter is outvoted by the rest.
-  static constexpr double kRisk = 0.25;
+  // Half a world that is fixed makes a pose of its own; an eighth is outvoted by the rest.
+  static constexpr double kRisk = 0.125;
   static constexpr double kNoRisk = 0.05;
   // So many judged features of the world are taken for granted: a few that seem fixed, which a
   // repeated pattern may make, say nothing of those that are not known.
@@ -141,8 +141,9 @@ class FixedInImage {
   };
   std::deque<Step> recent_;  // of the last kLateness
   std::vector<Track> tracks_;
-  std::vector<Kind> kind_;  // per feature of the newest image
-  int num_fixed_ = 0;       // in the newest image
+  std::vector<Kind> kind_;   // per feature of the newest image
+  int num_fixed_ = 0;        // in the newest image
+  double contradicted_ = 0;  // share of the images lately that contradict DR
   bool prevails_ = false;
   Utime since_;
 };

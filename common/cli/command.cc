@@ -138,10 +138,6 @@ void Command::RequireOptions(int number) {
   app_->require_option(number);
 }
 
-Option* Command::Find(const std::string& name) {
-  return Keep(app_->get_option(name));
-}
-
 std::optional<int> Command::Parse(int argc, char** argv) {
   try {
     app_->parse(argc, argv);

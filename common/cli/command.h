@@ -1,5 +1,6 @@
-// The command line of a program: its options, flags and subcommands. What CLI11 does, without its
-// headers, which take longer to compile than most programs.
+// The command line of a program: its options, flags and subcommands, and how it ends when they are
+// wrong. CLI11 does the work; its headers are kept out of this one, because they take longer to
+// compile than most programs.
 #pragma once
 
 #include <concepts>
@@ -33,7 +34,8 @@ concept Value = Number<T> || std::same_as<T, std::optional<int>> ||
 template <typename T>
 concept TakesText = !Value<T> && std::is_assignable_v<T&, const std::string&>;
 
-// An option or flag of a command, and what is asked of it. All but Excludes are for its values.
+// An option or flag of a command. Each function adds a rule that Parse checks, or changes how the
+// option is read or shown, and returns the option, so that they can be chained.
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
@@ -49,14 +51,15 @@ class Option {
   Option* OneOf(const std::vector<std::string>& values);
   Option* Separator(char between);  // of several values in one word
   Option* NumValues(int number);
-  Option* ShowDefault();  // in the help, the value as it is now
+  Option* ShowDefault();  // the value as it is now, in the help
 
  private:
   CLI::Option* option_;
 };
 
-// A program, or one of its subcommands. What it returns and what it reads into live on; names as
-// "--name", or "NAME" of what stands without one.
+// A program, or one of its subcommands. The pointers that it returns are valid as long as the
+// program is, and the variables that are given to it must live until Parse has returned. An option
+// is called "--name"; any other name, such as "LOG", is that of an argument by position.
 class Command {
  public:
   explicit Command(const std::string& description, const std::string& name = "");
@@ -90,9 +93,6 @@ class Command {
   void Footer(const std::string& text);
   void RequireCommands(int least, int most);
   void RequireOptions(int number);
-
-  // Precondition: an option of that name was added.
-  Option* Find(const std::string& name);
 
   // Empty: go on. Else the code to exit with: help or version was asked for and is printed, or the
   // command line is wrong, which is said on stderr. `--version` is the project's.

@@ -41,12 +41,13 @@ struct Arguments {
   ImuCheckOptions imu;
 };
 
-void AddCommonOptions(cli::Command& app, Arguments& a) {
+void AddCommonOptions(cli::Command& app, Arguments& a, bool always_writes) {
   app.AddOption("SRC", a.source,
                 "folder of the recording (rosbag: the file, or the folder of rosbag2)")
       ->Required();
-  app.AddOption("--out", a.log, "LCM log to write")->Required();
-  app.AddOption("--config-out", a.config, "robot configuration (YAML) to write")->Required();
+  app.AddOption("--out", a.log, "LCM log to write")->Required(always_writes);
+  app.AddOption("--config-out", a.config, "robot configuration (YAML) to write")
+      ->Required(always_writes);
   app.AddFlag("--skip-missing", a.skip_missing,
               "leave out and count frames whose image files are not there or cannot be read");
   app.AddOption(
@@ -191,9 +192,9 @@ struct Command {
 };
 
 cli::Command* AddFormat(cli::Command& app, const std::string& name, const std::string& text,
-                        Command& command) {
+                        Command& command, bool always_writes = true) {
   cli::Command* const format = app.AddCommand(name, text);
-  AddCommonOptions(*format, command.common);
+  AddCommonOptions(*format, command.common, always_writes);
   return format;
 }
 
@@ -313,7 +314,8 @@ void AddBagTopics(cli::Command& rosbag, Command& c) {
 
 void AddRosbag(cli::Command& app, Command& c) {
   cli::Command* const rosbag = AddFormat(
-      app, "rosbag", "ROS 1 bag, rosbag2 (SQLite3, MCAP): stereo or RGB-D, IMU, wheels, tf", c);
+      app, "rosbag", "ROS 1 bag, rosbag2 (SQLite3, MCAP): stereo or RGB-D, IMU, wheels, tf", c,
+      /*always_writes=*/false);
   AddBagTopics(*rosbag, c);
   rosbag->AddOption("--calibration", c.bag.robot_config,
                     "robot configuration (YAML) whose calibration is taken instead of the bag's");
@@ -321,8 +323,6 @@ void AddRosbag(cli::Command& app, Command& c) {
                     "the same from a calibration file of CID-SIMS");
   rosbag->AddOption("--mount", c.bag.mount, "with it: camera mounting, high or low");
   rosbag->AddFlag("--list", c.list_bag, "only show the topics and which would be imported");
-  rosbag->Find("--out")->Required(false);
-  rosbag->Find("--config-out")->Required(false);
   rosbag->WhenGiven([&c] { c.read = [&c] { return ReadRosbag(c.common.source, c.bag); }; });
 }
 

@@ -241,35 +241,39 @@ int main(int argc, char** argv) {
   app.AddOption("log", arguments.log, "LCM event log")->Required();
   app.AddOption("--config", arguments.config, "robot YAML")->Required();
   app.AddOption("--out", arguments.out, "folder for the results")->Required();
-  app.AddOption(
-      "--variant", arguments.variant,
-      "where dead reckoning enters: none, da, pe, lba, full, switch, fixed:ALPHA; default: "
-      "as the YAML says");
-  app.AddOption("--seed", arguments.seed,
-                "perturbs the start: the first 3 * SEED images are dropped (default 0: none)")
-      ->InRange(0, 1000);
-  app.AddOption("--laps", arguments.laps,
-                "the log so many times in one run, the map kept (default 1)")
-      ->InRange(1, 1000);
-  app.AddOption("--map-in", arguments.map_in, "begin with the map in this folder");
-  app.AddOption("--map-out", arguments.map_out, "write the map of the end into this new folder");
-  app.AddOption("--grid", arguments.grid,
-                "also make the floor map: map.yaml and map.pgm into this folder; with --map-out "
-                "saved there too");
   gw::cli::Option* const dr_only = app.AddFlag(
       "--dr-only", arguments.dr_only,
       "dead reckoning alone, no image is read: dr.tum, raw_wheels.tum (the wheels' own sum), "
       "dr_covariance.csv, report.json, and a verdict");
+  app.AddOption(
+         "--variant", arguments.variant,
+         "where dead reckoning enters: none, da, pe, lba, full, switch, fixed:ALPHA; default: "
+         "as the YAML says")
+      ->Excludes(dr_only);
+  app.AddOption("--seed", arguments.seed,
+                "perturbs the start: the first 3 * SEED images are dropped (default 0: none)")
+      ->InRange(0, 1000)
+      ->Excludes(dr_only);
+  app.AddOption("--laps", arguments.laps,
+                "the log so many times in one run, the map kept (default 1)")
+      ->InRange(1, 1000)
+      ->Excludes(dr_only);
+  app.AddOption("--map-in", arguments.map_in, "begin with the map in this folder")
+      ->Excludes(dr_only);
+  app.AddOption("--map-out", arguments.map_out, "write the map of the end into this new folder")
+      ->Excludes(dr_only);
+  app.AddOption("--grid", arguments.grid,
+                "also make the floor map: map.yaml and map.pgm into this folder; with --map-out "
+                "saved there too")
+      ->Excludes(dr_only);
   app.AddFlag("--localize-only", arguments.localize_only,
-              "never change the map of --map-in: no keyframes are made");
+              "never change the map of --map-in: no keyframes are made")
+      ->Excludes(dr_only);
   app.AddOption("--timing", arguments.timing,
-                "write the front-end's time per image to this CSV file; differs between runs");
+                "write the front-end's time per image to this CSV file; differs between runs")
+      ->Excludes(dr_only);
   app.AddOption("--frame", arguments.frame, "pose in the trajectories: body or camera")
       ->OneOf({"body", "camera"});
-  for (const char* other : {"--variant", "--seed", "--laps", "--map-in", "--map-out",
-                            "--localize-only", "--timing", "--grid"}) {
-    dr_only->Excludes(app.Find(other));
-  }
   if (const auto exit = app.Parse(argc, argv)) return *exit;
   return arguments.dr_only ? gw::tools::RunDeadReckoning(arguments) : gw::tools::Run(arguments);
 }

@@ -8,6 +8,8 @@ namespace {
 // Below this angle the closed forms lose digits and Taylor series are exact to double precision.
 constexpr double kSmallAngle = 1e-4;
 
+constexpr double kUnitTolerance = 1.8e-15;  // of the squared norm; rounding leaves < 1e-15
+
 // The left Jacobian's lower-left coupling block Q of SE(3) (Barfoot, State Estimation for Robotics,
 // 2017, eq. 7.86), for the tangent order [translation; rotation].
 Eigen::Matrix3d CouplingQ(const Eigen::Vector3d& rho, const Eigen::Vector3d& phi) {
@@ -84,6 +86,22 @@ Eigen::Matrix3d RightJacobianInverseSO3(const Eigen::Vector3d& a) {
                        ? 1.0 / 12.0 + t2 / 720.0
                        : 1.0 / t2 - (1.0 + std::cos(angle)) / (2.0 * angle * std::sin(angle));
   return Eigen::Matrix3d::Identity() + 0.5 * F + c * F * F;
+}
+
+SE3::SE3(const Eigen::Quaterniond& q, const Eigen::Vector3d& p)
+    : q_(std::abs(q.squaredNorm() - 1.0) < kUnitTolerance ? q : q.normalized()), p_(p) {}
+
+SE3 SE3::inverse() const {
+  const Eigen::Quaterniond qi = q_.conjugate();
+  return SE3(qi, -(qi * p_));
+}
+
+SE3 SE3::operator*(const SE3& other) const {
+  return SE3(q_ * other.q_, p_ + q_ * other.p_);
+}
+
+bool SE3::IsFinite() const {
+  return q_.coeffs().allFinite() && p_.allFinite();
 }
 
 SE3 SE3::Exp(const Vector6d& tangent) {

@@ -8,7 +8,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cmath>
 
 namespace gw {
 
@@ -27,13 +26,14 @@ Eigen::Vector3d LogSO3(const Eigen::Quaterniond& q);
 Eigen::Matrix3d RightJacobianSO3(const Eigen::Vector3d& a);
 Eigen::Matrix3d RightJacobianInverseSO3(const Eigen::Vector3d& a);
 
+// Half a thousand sources read this header, and each instantiates what its inline functions need of
+// Eigen, used or not: inline is only what the loops over points call.
 class SE3 {
  public:
-  SE3() : q_(Eigen::Quaterniond::Identity()), p_(Eigen::Vector3d::Zero()) {}
+  SE3() : q_(1, 0, 0, 0), p_(0, 0, 0) {}
   // Normalises q, unless it already is unit but for rounding: normalising again would move last
   // bits, and a pose would not survive writing and reading. Precondition: q is finite and not zero.
-  SE3(const Eigen::Quaterniond& q, const Eigen::Vector3d& p)
-      : q_(std::abs(q.squaredNorm() - 1.0) < kUnitTolerance ? q : q.normalized()), p_(p) {}
+  SE3(const Eigen::Quaterniond& q, const Eigen::Vector3d& p);
 
   static SE3 Exp(const Vector6d& tangent);
   Vector6d Log() const;
@@ -42,21 +42,25 @@ class SE3 {
   const Eigen::Vector3d& translation() const { return p_; }
   Eigen::Matrix4d matrix() const;
 
-  SE3 inverse() const {
-    const Eigen::Quaterniond qi = q_.conjugate();
-    return SE3(qi, -(qi * p_));
+  SE3 inverse() const;
+  SE3 operator*(const SE3& other) const;
+  // rotation() * v + translation() to the last bit: Eigen's product, written out.
+  Eigen::Vector3d operator*(const Eigen::Vector3d& v) const {
+    const double x = q_.x(), y = q_.y(), z = q_.z(), w = q_.w();
+    const double ux = 2 * (y * v.z() - z * v.y());
+    const double uy = 2 * (z * v.x() - x * v.z());
+    const double uz = 2 * (x * v.y() - y * v.x());
+    return {v.x() + w * ux + (y * uz - z * uy) + p_.x(),
+            v.y() + w * uy + (z * ux - x * uz) + p_.y(),
+            v.z() + w * uz + (x * uy - y * ux) + p_.z()};
   }
-  SE3 operator*(const SE3& other) const { return SE3(q_ * other.q_, p_ + q_ * other.p_); }
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return q_ * point + p_; }
 
   // Ad(T): T * Exp(d) = Exp(Ad(T) * d) * T, order [translation; rotation].
   Matrix6d Adjoint() const;
 
-  bool IsFinite() const { return q_.coeffs().allFinite() && p_.allFinite(); }
+  bool IsFinite() const;
 
  private:
-  static constexpr double kUnitTolerance = 1.8e-15;  // of the squared norm; rounding leaves < 1e-15
-
   Eigen::Quaterniond q_;
   Eigen::Vector3d p_;
 };

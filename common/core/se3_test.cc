@@ -74,6 +74,15 @@ TEST(Se3, InterpolationMeetsBothEndsAndTheMiddle) {
   EXPECT_LT(((a.inverse() * m).Log() - (m.inverse() * b).Log()).norm(), 1e-12);
 }
 
+TEST(Se3, APointIsMovedToTheLastBitAsEigenDoes) {
+  for (int i = 0; i < 300; ++i) {
+    CounterRng rng(3, 0, i);
+    const SE3 T = SE3::Exp(RandomTangent(rng, 2.0, 3.0));
+    const Eigen::Vector3d point = RandomTangent(rng, 10.0, 0.0).head<3>();
+    EXPECT_EQ(T * point, T.rotation() * point + T.translation()) << "case " << i;
+  }
+}
+
 TEST(SE3, NormalisingTwiceChangesNothing) {
   for (int i = 0; i < 10000; ++i) {
     CounterRng rng(11, 0, i);

@@ -43,6 +43,10 @@ DrCommon Sigmas(const DrState& state, const Matrix6d& twist) {
 
 }  // namespace
 
+Matrix6d DrNoise::Covariance() const {
+  return white + lever * coherent * lever.transpose();
+}
+
 void DrNoise::Begin(const DrState& state) {
   sigma_ = Sigmas(state, Factor(state.cov_twist_coherent));
 }

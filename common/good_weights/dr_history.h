@@ -30,7 +30,7 @@ struct DrNoise {
   DrCoherent coherent = DrCoherent::Identity();  // their covariance
   DrCommon kept = DrCommon::Ones();  // their correlation with those at the begin, each with its own
 
-  Matrix6d Covariance() const { return white + lever * coherent * lever.transpose(); }
+  Matrix6d Covariance() const;
 
   // The motion begins where this state was the newest; `kept` counts from here.
   void Begin(const DrState& state);

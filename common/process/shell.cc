@@ -1,9 +1,9 @@
 #include "common/process/shell.h"
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/config/writer.h"
 #include "common/core/exit_code.h"
@@ -19,16 +19,16 @@ int Fail(const std::string& program, const Error& error) {
   return ExitCodeFor(error);
 }
 
-void AddOption(CLI::App& app, const ProgramOption& option) {
-  CLI::Option* added = nullptr;
+void AddOption(cli::Command& app, const ProgramOption& option) {
+  cli::Option* added = nullptr;
   if (bool* const* flag = std::get_if<bool*>(&option.value)) {
-    added = app.add_flag(option.name, **flag, option.text);
+    added = app.AddFlag(option.name, **flag, option.text);
   } else if (int* const* number = std::get_if<int*>(&option.value)) {
-    added = app.add_option(option.name, **number, option.text);
+    added = app.AddOption(option.name, **number, option.text);
   } else {
-    added = app.add_option(option.name, *std::get<std::string*>(option.value), option.text);
+    added = app.AddOption(option.name, *std::get<std::string*>(option.value), option.text);
   }
-  added->required(option.required);
+  added->Required(option.required);
 }
 
 // One round: wait, take in messages, let the node work until it has nothing more to do.
@@ -107,18 +107,13 @@ int RunProgram(int argc, char** argv, const ProgramDescription& program,
   std::string config_path;
   std::string lcm_url;
   bool check = false;
-  CLI::App app(program.text + "\nExit: 0 ok, 1 failed, 2 usage, 78 bad configuration.",
-               program.name);
-  app.set_version_flag("--version", Version());
-  app.add_option("--config", config_path, "robot YAML")->required();
-  app.add_option("--lcm-url", lcm_url, "bus, instead of process.lcm_url of the configuration");
-  app.add_flag("--check", check, "check the configuration and exit");
+  cli::Command app(program.text + "\nExit: 0 ok, 1 failed, 2 usage, 78 bad configuration.",
+                   program.name);
+  app.AddOption("--config", config_path, "robot YAML")->Required();
+  app.AddOption("--lcm-url", lcm_url, "bus, instead of process.lcm_url of the configuration");
+  app.AddFlag("--check", check, "check the configuration and exit");
   for (const ProgramOption& o : options) AddOption(app, o);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
-  }
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
 
   const Result<RobotConfig> config = LoadRobotConfig(config_path);
   if (!config) return Fail(program.name, config.error());

@@ -5,6 +5,13 @@
 namespace gw::dr_ekf {
 namespace {
 
+// Corrections that err at random have one sign in so many images in a row once in 128 times.
+constexpr size_t kImages = 8;
+// What had not been told before it was known is made up for in as long as that took.
+constexpr double kCatchUp = 2;
+// Images that are further apart do not tell of one motion.
+constexpr DurationUs kLongestGap = Milliseconds(1000);
+
 bool ClaimsPlace(const Pose& pose) {
   const double variance = pose.cov_T_WB.diagonal().head<3>().maxCoeff();
   return variance < PoseGlide::kClaimSigma * PoseGlide::kClaimSigma;
@@ -28,11 +35,38 @@ bool PoseGlide::BeginsAnew(const Pose& corrected) const {
          (ClaimsPlace(corrected) && !ClaimsPlace(*corrected_));
 }
 
+void PoseGlide::Observe(const Pose& corrected, const SE3& T_OB) {
+  const bool begins_anew = corrected.dr_reset_counter != corrected_->dr_reset_counter;
+  const DurationUs since = corrected.utime - corrected_at_;
+  if (begins_anew || since > kLongestGap) rates_of_corrections_.clear();
+  if (begins_anew || corrected.frame_pose_seq == corrected_->frame_pose_seq) return;
+  if (since <= kLongestGap && since.us > 0) {
+    const SE3 correction = (corrected_->T_WO * T_OB).inverse() * corrected.T_WB;
+    rates_of_corrections_.push_back(correction.Log() / since.seconds());
+    if (rates_of_corrections_.size() > kImages) rates_of_corrections_.pop_front();
+  }
+  corrected_at_ = corrected.utime;
+}
+
+// The motion that dead reckoning does not tell.
+Vector6d PoseGlide::Untold() const {
+  if (rates_of_corrections_.size() < kImages) return Vector6d::Zero();
+  Vector6d least = rates_of_corrections_.front(), most = least;
+  for (const Vector6d& rate : rates_of_corrections_) {
+    least = least.cwiseMin(rate);
+    most = most.cwiseMax(rate);
+  }
+  return least.cwiseMax(0) + most.cwiseMin(0);
+}
+
 SE3 PoseGlide::AfterOneStep(const SE3& outstanding, double dt_s) const {
   const Eigen::Vector3d& way = outstanding.translation();
   const Eigen::Vector3d turn = LogSO3(outstanding.rotation());
-  const double way_share = rates_.m_s > 0 ? ShareOf(rates_.m_s * dt_s, way.norm()) : 1;
-  const double turn_share = rates_.rad_s > 0 ? ShareOf(rates_.rad_s * dt_s, turn.norm()) : 1;
+  const Vector6d untold = Untold();
+  const double m_s = rates_.m_s + kCatchUp * untold.head<3>().norm();
+  const double rad_s = rates_.rad_s + kCatchUp * untold.tail<3>().norm();
+  const double way_share = rates_.m_s > 0 ? ShareOf(m_s * dt_s, way.norm()) : 1;
+  const double turn_share = rates_.rad_s > 0 ? ShareOf(rad_s * dt_s, turn.norm()) : 1;
   if (way_share == 1 && turn_share == 1) return SE3();
   const SE3 step(ExpSO3(turn_share * turn), way_share * way);
   return step.inverse() * outstanding;
@@ -41,6 +75,7 @@ SE3 PoseGlide::AfterOneStep(const SE3& outstanding, double dt_s) const {
 Pose PoseGlide::Push(const Pose& corrected, bool stationary) {
   const SE3 T_OB = corrected.T_WO.inverse() * corrected.T_WB;
   if (corrected_) {
+    Observe(corrected, T_OB);
     outstanding_ = Outstanding(corrected, T_OB);
     const double dt_s = std::max(0.0, (corrected.utime - corrected_->utime).seconds());
     if (BeginsAnew(corrected)) {

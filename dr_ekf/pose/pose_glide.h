@@ -8,6 +8,11 @@
 // every step takes from E at most rate * dt, of its translation and of its angle. The covariance is
 // the second moment of the error about what is published: that of the corrected pose plus e * e^T.
 //
+// Dead reckoning that is wrong, by which the pose moves between two images, is no correction: what
+// the corrections of the last images have in common, each over the time since the one before, is a
+// motion of the robot that dead reckoning does not tell. The rate is larger by twice that (per
+// axis: the least of them, where all have one sign).
+//
 // A correction is made at once when the robot stands still, when the rates are 0, when the first
 // place in a map becomes known, and when the place was unknown or in doubt before. In the last two
 // cases Pose::reset_counter moves on: nobody could have relied on the pose before.
@@ -15,6 +20,7 @@
 // Pure: time comes with the poses; same calls, same bytes.
 #pragma once
 
+#include <deque>
 #include <optional>
 
 #include "common/contract/dead_reckoning.h"
@@ -40,12 +46,16 @@ class PoseGlide {
  private:
   SE3 Outstanding(const Pose& corrected, const SE3& T_OB) const;
   bool BeginsAnew(const Pose& corrected) const;
+  void Observe(const Pose& corrected, const SE3& T_OB);
+  Vector6d Untold() const;
   SE3 AfterOneStep(const SE3& outstanding, double dt_s) const;
 
   GlideRates rates_;
-  std::optional<Pose> corrected_;  // the one before
-  SE3 T_WO_;                       // as published
-  SE3 outstanding_;                // E
+  std::optional<Pose> corrected_;              // the one before
+  SE3 T_WO_;                                   // as published
+  SE3 outstanding_;                            // E
+  Utime corrected_at_;                         // the image before was latched
+  std::deque<Vector6d> rates_of_corrections_;  // of the last images; m/s, rad/s, in the body frame
   uint32_t reset_counter_ = 0;
 };
 

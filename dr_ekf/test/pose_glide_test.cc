@@ -87,6 +87,59 @@ TEST(PoseGlide, NoStepIsLargerThanTheMotionAndTheRateWhateverIsCorrected) {
   }
 }
 
+// Wheels that count backwards, and wheels that stand, while vision, ten times a second, says how
+// the robot drives: the pose follows vision. A loop meanwhile is gone over to at the usual rate.
+TEST(PoseGlide, FollowsAMotionThatDeadReckoningDoesNotTell) {
+  for (const double told : {-0.5, 0.0}) {
+    PoseGlide glide(kRates);
+    const double driven = 0.5;  // m/s
+    SE3 T_OB, T_WB, T_WO;
+    Pose pose;
+    double worst = 0;
+    for (int k = 0; k < 1000; ++k) {
+      T_OB = T_OB * Planar(told * kDt, 0, 0);
+      T_WB = T_WB * Planar(driven * kDt, 0, 0);
+      if (k == 600) T_WB = T_WB * Planar(0, 0.3, 0);
+      if (k % 10 == 0) T_WO = T_WB * T_OB.inverse();
+      Pose corrected = Corrected(k, T_WO, T_OB);
+      corrected.frame_pose_seq = k / 10;
+      const Pose next = glide.Push(corrected, false);
+      const SE3 error = next.T_WB.inverse() * T_WB;
+      if (k > 200 && k < 600) worst = std::max(worst, Way(error));
+      if (k > 600) {
+        const double aside = std::abs((pose.T_WB.inverse() * next.T_WB).translation().y());
+        ASSERT_LE(aside, 0.2 * kRates.m_s) << k;
+      }
+      if (k > 990) {
+        EXPECT_LT(Way(error), 0.15) << told;
+      }
+      pose = next;
+    }
+    EXPECT_LT(worst, 0.15) << told;
+  }
+}
+
+// What vision errs by at random is no motion.
+TEST(PoseGlide, TakesNoiseForNoMotion) {
+  CounterRng rng(5, 1, 0);
+  PoseGlide glide(kRates);
+  SE3 T_OB, T_WO;
+  Pose pose;
+  for (int k = 0; k < 5000; ++k) {
+    T_OB = T_OB * Planar(0.5 * kDt, 0, 0);
+    if (k % 10 == 0) {
+      T_WO = T_OB * Planar(0.02 * rng.Normal(), 0.02 * rng.Normal(), 0) * T_OB.inverse();
+    }
+    Pose corrected = Corrected(k, T_WO, T_OB);
+    corrected.frame_pose_seq = k / 10;
+    const Pose next = glide.Push(corrected, false);
+    if (k > 0) {
+      ASSERT_LE(Way(pose.T_WB.inverse() * next.T_WB), 0.5 * kDt + kRates.m_s * kDt + kRounding);
+    }
+    pose = next;
+  }
+}
+
 TEST(PoseGlide, CovarianceHoldsWhatIsOutstanding) {
   double most = 0;
   for (uint64_t seed = 1; seed <= 200; ++seed) {

@@ -6,9 +6,12 @@
 
 #include "common/wire/channels.h"
 #include "common/wire/wire.h"
+#include "tools/data/files/json.h"
 
 namespace gw::view {
 namespace {
+
+using tools::Json;
 
 // Drives 0.1 m in every tenth of a second, for 20 s.
 std::string WriteLog() {

@@ -1,13 +1,12 @@
 // gw-view: a running system, or a log, in a browser and in Foxglove's viewers.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 
 #include "common/camera/camera_model.h"
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "common/process/bus.h"
 #include "tools/robot/floorplan/floor_map.h"
 #include "tools/view/report/report_page.h"
@@ -138,38 +137,31 @@ int Run(Arguments arguments) {
 
 int Main(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app(
+  cli::Command app(
       "Shows a running system, or a log, in a browser and in viewers that speak Foxglove's "
       "WebSocket "
       "protocol.\nListens on the bus and never publishes. Prints the address; ends with SIGINT.\n"
       "Exit: 0 ok, 1 failed, 2 usage, 78 bad configuration.");
-  app.set_version_flag("--version", Version());
-  app.add_option("LOG", arguments.log, "play this log instead of listening on the bus");
-  app.add_option("--config", arguments.config,
-                 "robot YAML: camera and bus; for a LOG the YAML beside it");
-  app.add_option("--lcm-url", arguments.url,
-                 "bus, instead of process.lcm_url of the configuration");
-  app.add_option("--listen", arguments.listen, "ADDRESS:PORT; port 0: any that is free")
-      ->capture_default_str();
-  app.add_option("--token-file", arguments.token_file,
-                 "file with a token that clients have to give (?token=...); needed when --listen "
-                 "is not this machine alone");
-  app.add_option("--map", arguments.map, "floor map (map.yaml)");
-  app.add_option("--start", arguments.start,
-                 "X,Y,THETA of the robot's first pose in the floor map; m, rad")
-      ->delimiter(',')
-      ->expected(3);
-  app.add_option("--speed", arguments.speed, "of a LOG")->capture_default_str();
-  app.add_option("--allow-host", arguments.hosts,
-                 "name by which a reverse proxy asks, beside localhost and addresses");
-  app.add_option("--allow-origin", arguments.origins, "web pages that may connect")
-      ->capture_default_str();
-  app.add_option("--page", arguments.page, "folder of the page, instead of the installed one");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
-  }
+  app.AddOption("LOG", arguments.log, "play this log instead of listening on the bus");
+  app.AddOption("--config", arguments.config,
+                "robot YAML: camera and bus; for a LOG the YAML beside it");
+  app.AddOption("--lcm-url", arguments.url, "bus, instead of process.lcm_url of the configuration");
+  app.AddOption("--listen", arguments.listen, "ADDRESS:PORT; port 0: any that is free")
+      ->ShowDefault();
+  app.AddOption("--token-file", arguments.token_file,
+                "file with a token that clients have to give (?token=...); needed when --listen "
+                "is not this machine alone");
+  app.AddOption("--map", arguments.map, "floor map (map.yaml)");
+  app.AddOption("--start", arguments.start,
+                "X,Y,THETA of the robot's first pose in the floor map; m, rad")
+      ->Separator(',')
+      ->NumValues(3);
+  app.AddOption("--speed", arguments.speed, "of a LOG")->ShowDefault();
+  app.AddOption("--allow-host", arguments.hosts,
+                "name by which a reverse proxy asks, beside localhost and addresses");
+  app.AddOption("--allow-origin", arguments.origins, "web pages that may connect")->ShowDefault();
+  app.AddOption("--page", arguments.page, "folder of the page, instead of the installed one");
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   return Run(std::move(arguments));
 }
 

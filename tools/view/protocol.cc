@@ -3,9 +3,12 @@
 #include <cmath>
 
 #include "common/core/version.h"
+#include "tools/data/files/json.h"
 
 namespace gw::view {
 namespace {
+
+using tools::Json;
 
 std::optional<std::string> IdOf(const Json& message) {
   const auto id = message.find("id");

@@ -11,12 +11,9 @@
 #include <variant>
 #include <vector>
 
-#include "tools/data/files/json.h"
 #include "tools/data/foxglove/topics.h"
 
 namespace gw::view {
-
-using tools::Json;
 
 inline constexpr std::string_view kSubprotocol = "foxglove.websocket.v1";
 

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "common/core/random.h"
+#include "tools/data/files/json.h"
 
 namespace gw::view {
 namespace {
+
+using tools::Json;
 
 TEST(Protocol, EveryTopicIsAdvertisedWithItsSchema) {
   const Json message = Json::parse(Advertise());

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "common/core/random.h"
+#include "tools/data/files/json.h"
 #include "tools/view/client_queue.h"
 #include "tools/view/test_client.h"
 
@@ -15,6 +16,7 @@ namespace {
 
 using foxglove::Topic;
 using testing::TestClient;
+using tools::Json;
 
 foxglove::Message Make(Topic topic, std::string json) {
   return {topic, Utime{1'000}, std::make_shared<const std::string>(std::move(json))};

@@ -4,9 +4,12 @@
 #include <utility>
 
 #include "common/wire/channels.h"
+#include "tools/data/files/json.h"
 
 namespace gw::view {
 namespace {
+
+using tools::Json;
 
 constexpr DurationUs kRound = Milliseconds(20);
 

@@ -1,13 +1,12 @@
 // gw-camera: the camera and its IMU on the bus.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "common/process/bus.h"
 #include "common/process/clock.h"
 #include "common/process/loop.h"
@@ -129,24 +128,19 @@ int Main(int argc, char** argv) {
   std::string lcm_url;
   std::string calibration_path;
   bool check = false;
-  CLI::App app(
+  cli::Command app(
       "Driver of the camera: publishes CAMERA and IMU.\n"
       "Exit: 0 ok, 1 failed (the camera is there but cannot be made to deliver; with --check and\n"
       "--write-calibration also: no camera, no permission), 2 usage, 78 bad configuration.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("--config", config_path, "YAML of the robot")->required();
-  app.add_option("--lcm-url", lcm_url, "bus, instead of process.lcm_url of the configuration");
+  app.AddOption("--config", config_path, "YAML of the robot")->Required();
+  app.AddOption("--lcm-url", lcm_url, "bus, instead of process.lcm_url of the configuration");
   auto* check_flag =
-      app.add_flag("--check", check, "check configuration and camera, say what is there, and exit");
-  app.add_option("--write-calibration", calibration_path,
-                 "read the calibration stored in the camera, write it and the rest of --config to "
-                 "this file, and exit")
-      ->excludes(check_flag);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
-  }
+      app.AddFlag("--check", check, "check configuration and camera, say what is there, and exit");
+  app.AddOption("--write-calibration", calibration_path,
+                "read the calibration stored in the camera, write it and the rest of --config to "
+                "this file, and exit")
+      ->Excludes(check_flag);
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   const auto config = LoadRobotConfig(config_path);
   if (!config) return Fail(config.error());
   if (!calibration_path.empty()) return WriteCalibration(*config, calibration_path);

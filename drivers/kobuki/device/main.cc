@@ -1,13 +1,12 @@
 // gw-kobuki: the Kobuki base on the bus.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "common/process/bus.h"
 #include "common/process/clock.h"
 #include "common/process/loop.h"
@@ -110,20 +109,15 @@ int Main(int argc, char** argv) {
   std::string config_path;
   std::string lcm_url;
   bool check = false;
-  CLI::App app(
+  cli::Command app(
       "Driver of the Kobuki base: publishes WHEEL (and IMU, if configured), obeys BASE_COMMAND.\n"
       "Exit: 0 ok, 1 failed (with --check: no base, no permission, silent, another device), 2 "
       "usage,"
       "\n78 bad configuration.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("--config", config_path, "YAML of the robot")->required();
-  app.add_option("--lcm-url", lcm_url, "bus, instead of process.lcm_url of the configuration");
-  app.add_flag("--check", check, "check configuration and base, say what is there, and exit");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
-  }
+  app.AddOption("--config", config_path, "YAML of the robot")->Required();
+  app.AddOption("--lcm-url", lcm_url, "bus, instead of process.lcm_url of the configuration");
+  app.AddFlag("--check", check, "check configuration and base, say what is there, and exit");
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   const auto config = LoadRobotConfig(config_path);
   if (!config) return Fail(config.error());
   try {

@@ -23,12 +23,15 @@ constexpr double kWindow = 3.0;    // px at level 0, around where it may be
 constexpr double kMaxChi2 = 25.0;
 constexpr double kMovedWay = 0.03;   // m, and
 constexpr double kMovedTurn = 0.02;  // rad: more than vision that stands still makes of noise
-constexpr double kMemory = 200;      // votes
-constexpr int kWitnesses = 10;       // votes of features that are known to move, to outvote DR
+constexpr double kNewest = 0.1;      // weight of an image in the mean over about a second
+constexpr int kWitnesses = 10;       // features that can speak for DR, or against it
 
-double LogLikelihood(const Eigen::Vector2d& residual, const Eigen::Matrix2d& cov) {
-  const double chi2 = std::min(residual.dot(cov.inverse() * residual), kMaxChi2);
-  return -0.5 * (chi2 + std::log(cov.determinant()));
+// own: the feature's own part of the covariance. What all features of an image have in common may
+// be one error of DR: it explains a residual, and is not counted against each of them.
+double LogLikelihood(const Eigen::Vector2d& residual, const Eigen::Matrix2d& own,
+                     const Eigen::Matrix2d& common) {
+  const double chi2 = residual.dot((own + common).inverse() * residual);
+  return -0.5 * (std::min(chi2, kMaxChi2) + std::log(own.determinant()));
 }
 
 bool Moves(const SE3& T) {
@@ -45,7 +48,7 @@ void FixedInImage::Observe(Utime utime, const FeatureFrame& frame,
   // Between anchors there is work only where something has to be left out.
   if (!anchor_due && !any()) return;
   Follow(utime, frame);
-  Decide();
+  Decide(step && step->refuted);
   if (anchor_due) SetAnchor(utime, frame);
 }
 
@@ -137,83 +140,136 @@ double FixedInImage::WorldLikelihood(const Track& t, const SE3& T_0,
   J_T << -J, J * Skew(p);
   const double sigma_z = s * t.p_0.z() * t.p_0.z() / camera_.bf();
   const Eigen::Vector2d along = J * (T_0.rotation().inverse() * t.p_0) * (sigma_z / t.p_0.z());
-  const Eigen::Matrix2d cov = 2 * s * s * Eigen::Matrix2d::Identity() +
-                              J_T * variance.asDiagonal() * J_T.transpose() +
-                              along * along.transpose();
-  return LogLikelihood(t.uv - camera_.Project(p), cov);
+  return LogLikelihood(t.uv - camera_.Project(p),
+                       2 * s * s * Eigen::Matrix2d::Identity() + along * along.transpose(),
+                       J_T * variance.asDiagonal() * J_T.transpose());
 }
 
-FixedInImage::Vote FixedInImage::Judge(const Track& t) const {
+std::optional<FixedInImage::Likelihoods> FixedInImage::Explain(const Track& t) const {
   const Anchor* anchor = AnchorOf(t);
-  if (t.feature < 0 || anchor == nullptr || !anchor->T_late) return Vote::kNone;
+  if (t.feature < 0 || anchor == nullptr || !anchor->T_late) return std::nullopt;
   const double s = pyramid_.Scale(t.level);
-  const Eigen::Matrix2d still = 2 * s * s * Eigen::Matrix2d::Identity();
-  const double fixed = LogLikelihood(t.uv - t.uv_0, still);
+  const Eigen::Matrix2d own = 2 * s * s * Eigen::Matrix2d::Identity();
   const Vector6d variance = anchor->Variance();
-  const double world = std::max(
-      {WorldLikelihood(t, anchor->T, variance), WorldLikelihood(t, *anchor->T_late, variance),
-       WorldLikelihood(t, anchor->T_first->inverse() * anchor->T, variance)});
-  // As vision says, where it says that the camera moves: then it is not held by what stands still.
-  double seen = world;
+  Likelihoods out;
+  out.neither = LogLikelihood(Eigen::Vector2d(1e6, 1e6), own, Eigen::Matrix2d::Zero());
+  out.fixed = LogLikelihood(t.uv - t.uv_0, own, Eigen::Matrix2d::Zero());
+  out.world = std::max({out.neither, WorldLikelihood(t, anchor->T, variance),
+                        WorldLikelihood(t, *anchor->T_late, variance),
+                        WorldLikelihood(t, anchor->T_first->inverse() * anchor->T, variance)});
+  // Vision that does not move may be held by what stands still, and says nothing.
   if (anchor->T_seen && Moves(*anchor->T_seen)) {
-    seen = WorldLikelihood(t, *anchor->T_seen, Vector6d::Zero());
+    out.seen = std::max(out.neither, WorldLikelihood(t, *anchor->T_seen, Vector6d::Zero()));
   }
-  if (fixed - std::max(world, seen) > kDecisiveLogOdds) return Vote::kFixed;
-  if (world - fixed > kDecisiveLogOdds) return Vote::kWorld;
-  const bool moves = seen - std::max(fixed, world) > kDecisiveLogOdds;
-  const double neither = LogLikelihood(Eigen::Vector2d(1e6, 1e6), still);
-  return moves || (fixed <= neither && world <= neither) ? Vote::kNeither : Vote::kNone;
+  return out;
+}
+
+// Where DR and vision disagree, those features that move say whose motion it is.
+bool FixedInImage::MovesAsDrSays(const std::vector<std::optional<Likelihoods>>& explained,
+                                 int at_least) {
+  int as_dr = 0, as_vision = 0;
+  for (const auto& l : explained) {
+    if (!l) continue;
+    const double seen = l->seen.value_or(l->fixed);
+    as_dr += l->world - std::max(l->fixed, seen) > kDecisiveLogOdds;
+    as_vision += seen - std::max(l->fixed, l->world) > kDecisiveLogOdds;
+  }
+  return as_dr > as_vision && as_dr >= at_least;
+}
+
+FixedInImage::Vote FixedInImage::VoteOf(const Likelihoods& l) {
+  const double moving = std::max(l.world, l.seen.value_or(l.world));
+  if (l.fixed - moving > kDecisiveLogOdds) return Vote::kFixed;
+  if (l.world - l.fixed > kDecisiveLogOdds) return Vote::kWorld;
+  const bool as_vision_says = moving - std::max(l.fixed, l.world) > kDecisiveLogOdds;
+  const bool no_way = l.fixed <= l.neither && l.world <= l.neither;
+  return as_vision_says || no_way ? Vote::kNeither : Vote::kNone;
+}
+
+// DR is contradicted where most of what is known to be of the world does not move as it says. Where
+// little is known, by what moves otherwise, if that is more than what moves as DR says and more
+// than what may be fixed.
+bool FixedInImage::Contradicted(const std::vector<Vote>& votes) const {
+  int known_as_dr = 0, known_otherwise = 0, as_dr = 0, otherwise = 0, maybe_fixed = 0;
+  for (size_t i = 0; i < votes.size(); ++i) {
+    const bool known = tracks_[i].kind == Kind::kWorld;
+    as_dr += votes[i] == Vote::kWorld;
+    otherwise += votes[i] == Vote::kNeither;
+    maybe_fixed += votes[i] == Vote::kFixed;
+    known_as_dr += known && votes[i] == Vote::kWorld;
+    known_otherwise += known && (votes[i] == Vote::kFixed || votes[i] == Vote::kNeither);
+  }
+  if (known_as_dr + known_otherwise >= kWitnesses) return known_otherwise > known_as_dr;
+  return otherwise > std::max(as_dr, maybe_fixed);
 }
 
 // What the image says of its tracks. Anchors are taken anew where it says something.
-void FixedInImage::Decide() {
-  std::vector<Vote> votes(tracks_.size());
-  // Counts among the features that are known to move with the world, and among the others.
-  int known_world = 0, known_other = 0, other_fixed = 0, other_neither = 0;
-  for (size_t i = 0; i < tracks_.size(); ++i) {
-    votes[i] = Judge(tracks_[i]);
-    if (tracks_[i].kind == Kind::kWorld) {
-      known_world += votes[i] == Vote::kWorld;
-      known_other += votes[i] == Vote::kFixed || votes[i] == Vote::kNeither;
-    } else {
-      other_fixed += votes[i] == Vote::kFixed;
-      other_neither += votes[i] == Vote::kNeither;
+void FixedInImage::Decide(bool dr_refuted) {
+  std::vector<std::optional<Likelihoods>> explained(tracks_.size());
+  for (size_t i = 0; i < tracks_.size(); ++i) explained[i] = Explain(tracks_[i]);
+  if (MovesAsDrSays(explained, 1)) {
+    for (auto& l : explained) {
+      if (l) l->seen.reset();
     }
   }
-  // Those that are known judge DR; where they are out of sight, what they said lately stands, and
-  // the others have a say where nobody did.
-  bool dr_wrong = known_other > known_world;
-  if (known_world + known_other < kWitnesses) {
-    dr_wrong = votes_world_ < kPriorWorld && other_neither > other_fixed;
+  std::vector<Vote> votes(tracks_.size(), Vote::kNone);
+  for (size_t i = 0; i < tracks_.size(); ++i) {
+    if (explained[i]) votes[i] = VoteOf(*explained[i]);
   }
+  const bool contradicted = Contradicted(votes);
+  contradicted_ += kNewest * ((contradicted ? 1 : 0) - contradicted_);
+  const bool believed =
+      !contradicted && contradicted_ < 0.5 && (!dr_refuted || MovesAsDrSays(explained, kWitnesses));
   if (!any()) since_ = {std::numeric_limits<int64_t>::max()};
   num_fixed_ = 0;
-  int fixed = 0, world = 0;
   for (size_t i = 0; i < tracks_.size(); ++i) {
     Track& t = tracks_[i];
-    if (!dr_wrong && votes[i] == Vote::kWorld) {
-      ++world;
-      t.kind = Kind::kWorld;
-    }
-    if (!dr_wrong && votes[i] == Vote::kFixed) {
-      ++fixed;
-      if (t.kind != Kind::kFixed) since_ = std::min(since_, AnchorOf(t)->utime);
-      t.kind = Kind::kFixed;
-    }
+    if (believed && explained[i]) Learn(*explained[i], &t);
+    // What DR that is wrong has told of it so far is void.
+    if (!believed && t.kind == Kind::kUnknown) t.log_odds = t.log_odds_before = 0;
     if (t.feature < 0) continue;
     kind_[static_cast<size_t>(t.feature)] = t.kind;
     num_fixed_ += t.kind == Kind::kFixed;
     // Judged: the next anchor is taken from here.
     if (votes[i] != Vote::kNone) t.anchor = kNoAnchor;
   }
-  const double kept = std::exp(-(fixed + world) / kMemory);
-  votes_fixed_ = kept * votes_fixed_ + fixed;
-  votes_world_ = kept * votes_world_ + world;
-  const double judged = votes_fixed_ + votes_world_ + kPriorWorld;
-  prevails_ = votes_fixed_ > (prevails_ ? kNoRisk : kRisk) * judged;
+  prevails_ = Share() > (prevails_ ? kNoRisk : kRisk);
+}
+
+// The odds of the windows before and of this one.
+void FixedInImage::Learn(const Likelihoods& l, Track* t) {
+  const double moving = std::max(l.world, l.seen.value_or(l.world));
+  t->log_odds =
+      std::clamp(t->log_odds_before + l.fixed - moving, -kDecisiveLogOdds, kDecisiveLogOdds);
+  if (t->log_odds == kDecisiveLogOdds) {
+    if (t->kind != Kind::kFixed) since_ = std::min(since_, t->since);
+    t->kind = Kind::kFixed;
+  }
+  if (t->log_odds == -kDecisiveLogOdds) {
+    t->kind = Kind::kWorld;
+    t->since = AnchorOf(*t)->utime;
+  }
+}
+
+// The share x that explains best what was found of all tracks, each of which has the likelihood
+// x exp(log_odds) + 1 - x, with kPriorWorld of the world besides: where its derivative, which
+// falls, is zero.
+double FixedInImage::Share() const {
+  std::vector<double> excess;  // of fixed over world
+  excess.reserve(tracks_.size());
+  for (const Track& t : tracks_) excess.push_back(std::expm1(t.log_odds));
+  double least = 0, most = 1;
+  for (int i = 0; i < 12; ++i) {
+    const double x = (least + most) / 2;
+    double slope = -kPriorWorld / (1 - x);
+    for (const double e : excess) slope += e / (1 + x * e);
+    (slope > 0 ? least : most) = x;
+  }
+  return least;
 }
 
 void FixedInImage::AnchorTrack(Track* t, const Feature& f) const {
+  t->log_odds_before = t->log_odds;
   t->uv_0 = t->uv = {f.u, f.v};
   t->p_0 = t->p = t->p_seen = camera_.Unproject(f.u, f.v, f.depth);
   t->anchor = first_anchor_ + anchors_.size() - 1;
@@ -235,7 +291,7 @@ void FixedInImage::SetAnchor(Utime utime, const FeatureFrame& frame) {
     Track t;
     t.descriptor = frame.descriptors[i];
     t.level = f.level;
-    t.seen = utime;
+    t.seen = t.since = utime;
     t.feature = static_cast<int>(i);
     AnchorTrack(&t, f);
     tracks_.push_back(t);

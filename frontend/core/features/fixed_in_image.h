@@ -9,14 +9,17 @@
 //   anchored world   u ~ N(pi(inv(T_0) p_0), 2 s^2 I + J Sigma_T J^T + d d^T sigma_z^2)
 //
 // T_0: the camera's motion since then, Sigma_T its covariance, d = d pi / d z, sigma_z: of the
-// depth, for a disparity that is off by a pixel, s: pixel sigma of the pyramid level. A ratio of
-// the likelihoods of 1000 decides. DR may also be early or late: the world has the best of its
-// motion until now, until 0.2 s ago, and since 0.2 s after the anchor.
+// depth, for a disparity that is off by a pixel, s: pixel sigma of the pyramid level. DR may also
+// be early or late: the world has the best of its motion until now, until 0.2 s ago, and since 0.2
+// s after the anchor. The log odds of a feature add up from one anchor to the next; at 1000 to 1 it
+// is decided. Of a feature that is not, only the share of what is fixed is known, the one that
+// explains best what was found of all others.
 //
-// DR is a witness here like any other: what has moved with the world before outvotes it. When such
-// features, too, stand still or move otherwise, the wheels slip or DR is wrong, and nothing is
-// decided from it; nor when more features move as vision says, and not as DR says, than stand
-// still.
+// Vision is a witness, too: what moves as it says is of the world. That is asked only where vision
+// moves, and where of the features that tell the two motions apart no majority moves as DR says:
+// otherwise vision is drawn along by what is fixed. In the same way DR is believed only where most
+// of what is known to be of the world moves as it says, now and lately; DR that vision has refuted,
+// where ten features say that they move by it.
 #pragma once
 
 #include <deque>
@@ -38,6 +41,7 @@ struct CameraStep {
   Vector6d white = Vector6d::Zero();   // variance of what is independent from step to step
   Vector6d common = Vector6d::Zero();  // sigma of what steps in a row have in common
   std::optional<SE3> T_ab_seen;        // by vision, where it carries the pose
+  bool refuted = false;                // vision that moves contradicts it
 };
 
 class FixedInImage {
@@ -61,8 +65,8 @@ class FixedInImage {
   FeatureFrame Without(const FeatureFrame& frame) const;
 
  private:
-  // Half a world that is fixed makes a pose of its own; a quarter is outvoted by the rest.
-  static constexpr double kRisk = 0.25;
+  // Half a world that is fixed makes a pose of its own; an eighth is outvoted by the rest.
+  static constexpr double kRisk = 0.125;
   static constexpr double kNoRisk = 0.05;
   // So many judged features of the world are taken for granted: a few that seem fixed, which a
   // repeated pattern may make, say nothing of those that are not known.
@@ -73,6 +77,13 @@ class FixedInImage {
   enum class Kind { kUnknown, kWorld, kFixed };
   enum class Vote { kNone, kWorld, kFixed, kNeither };
 
+  // Logarithms of the likelihoods of where a track is now.
+  struct Likelihoods {
+    double fixed = 0;
+    double world = 0;            // it moves as DR says
+    std::optional<double> seen;  // as vision says, where that moves
+    double neither = 0;          // the least that any of them has
+  };
   // An image from which features are judged.
   struct Anchor {
     Utime utime;
@@ -87,12 +98,15 @@ class FixedInImage {
   };
   struct Track {
     Kind kind = Kind::kUnknown;
-    Eigen::Vector2d uv_0;       // px, in the anchor's image
-    Eigen::Vector3d p_0;        // there, m
-    size_t anchor = kNoAnchor;  // number since the begin
-    Eigen::Vector2d uv;         // px, when it was seen last
-    Eigen::Vector3d p;          // by DR, in the camera now
-    Eigen::Vector3d p_seen;     // by vision
+    double log_odds = 0;         // of fixed against world, by all that it showed
+    double log_odds_before = 0;  // until it was anchored
+    Utime since;                 // the begin of what makes it fixed, should it be
+    Eigen::Vector2d uv_0;        // px, in the anchor's image
+    Eigen::Vector3d p_0;         // there, m
+    size_t anchor = kNoAnchor;   // number since the begin
+    Eigen::Vector2d uv;          // px, when it was seen last
+    Eigen::Vector3d p;           // by DR, in the camera now
+    Eigen::Vector3d p_seen;      // by vision
     Descriptor descriptor;
     int level = 0;
     Utime seen;
@@ -101,9 +115,14 @@ class FixedInImage {
 
   void Move(Utime utime, const std::optional<CameraStep>& step);
   void Follow(Utime utime, const FeatureFrame& frame);
-  void Decide();
-  Vote Judge(const Track& track) const;
+  void Decide(bool dr_refuted);
+  std::optional<Likelihoods> Explain(const Track& track) const;
+  static bool MovesAsDrSays(const std::vector<std::optional<Likelihoods>>& explained, int at_least);
+  static Vote VoteOf(const Likelihoods& likelihoods);
+  bool Contradicted(const std::vector<Vote>& votes) const;
+  void Learn(const Likelihoods& likelihoods, Track* track);
   double WorldLikelihood(const Track& track, const SE3& T_0, const Vector6d& variance) const;
+  double Share() const;
   void SetAnchor(Utime utime, const FeatureFrame& frame);
   void AnchorTrack(Track* track, const Feature& f) const;
 
@@ -122,9 +141,9 @@ class FixedInImage {
   };
   std::deque<Step> recent_;  // of the last kLateness
   std::vector<Track> tracks_;
-  std::vector<Kind> kind_;                    // per feature of the newest image
-  int num_fixed_ = 0;                         // in the newest image
-  double votes_fixed_ = 0, votes_world_ = 0;  // of the newest images that had any, kMemory in all
+  std::vector<Kind> kind_;   // per feature of the newest image
+  int num_fixed_ = 0;        // in the newest image
+  double contradicted_ = 0;  // share of the images lately that contradict DR
   bool prevails_ = false;
   Utime since_;
 };

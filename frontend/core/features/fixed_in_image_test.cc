@@ -26,7 +26,8 @@ class Drive {
       frame_ = See();
       std::optional<CameraStep> step;
       if (tells) {
-        step = CameraStep{*tells, Vector6d::Constant(1e-7), Vector6d::Constant(2e-4), sees_};
+        step =
+            CameraStep{*tells, Vector6d::Constant(1e-7), Vector6d::Constant(2e-4), sees_, refuted_};
       }
       fixed_.Observe(utime_, frame_, step);
     }
@@ -42,6 +43,8 @@ class Drive {
   FixedInImage& fixed() { return fixed_; }
   // Vision that carries the pose says this of every step from now on.
   void Sees(const SE3& T_ab) { sees_ = T_ab; }
+  // Vision contradicts dead reckoning from now on.
+  void Refutes() { refuted_ = true; }
   Utime utime() const { return utime_; }
 
  private:
@@ -82,6 +85,7 @@ class Drive {
   Utime utime_{1'000'000};
   SE3 T_WC_;
   std::optional<SE3> sees_;
+  bool refuted_ = false;
 };
 
 const SE3 kStep(Eigen::Quaterniond::Identity(), {0, 0, 0.03});  // 0.45 m/s
@@ -147,6 +151,40 @@ TEST(FixedInImage, AsksVisionWhereDeadReckoningIsWrong) {
   captured.Sees(kStill);
   captured.Go(60, kStep, kStep);
   EXPECT_TRUE(captured.fixed().Prevails());
+}
+
+// Vision that is drawn along by the dots moves a little: enough to explain each of them within a
+// pixel or two. The world between them says whose motion it is.
+TEST(FixedInImage, IsNotMisledByVisionThatIsDrawnAlong) {
+  const SE3 drawn(Eigen::Quaterniond::Identity(), {0, 0, 0.004});
+  for (const bool refuted : {false, true}) {
+    Drive drive(300, 200);
+    drive.Sees(drawn);
+    if (refuted) drive.Refutes();
+    drive.Go(45, kStep, kStep);
+    EXPECT_TRUE(drive.fixed().Prevails()) << refuted;
+    const auto [world, dots] = drive.Kept();
+    EXPECT_GT(world, 40) << refuted;
+    EXPECT_LT(dots, 5) << refuted;
+  }
+}
+
+// Dead reckoning that vision refutes needs features that move as it says.
+TEST(FixedInImage, DecidesNothingFromRefutedDeadReckoningWithoutWitnesses) {
+  Drive drive(0, 400);
+  drive.Sees(kStill);
+  drive.Refutes();
+  drive.Go(60, kStep, kStep);
+  EXPECT_FALSE(drive.fixed().any());
+}
+
+// A share that is outvoted by the rest is left out feature by feature.
+TEST(FixedInImage, KeepsWhatIsNotKnownWhereLittleIsFixed) {
+  Drive drive(600, 30);
+  drive.Go(45, kStep, kStep);
+  EXPECT_TRUE(drive.fixed().any());
+  EXPECT_FALSE(drive.fixed().Prevails());
+  EXPECT_LT(drive.Kept().second, 8);
 }
 
 // Dead reckoning that comes 150 ms late, or early, at every start and stop.

@@ -1,15 +1,27 @@
 #include "frontend/core/motion/anchor_history.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace gw::frontend {
 
+std::optional<AnchorHistory::Since> AnchorHistory::At(
+    std::deque<Anchor>::const_iterator anchor) const {
+  if (anchor == anchors_.end()) return std::nullopt;
+  return Since{anchor->utime, anchor->T_WO, anchor->cov_T_WC,
+               static_cast<int>(anchors_.end() - anchor) - 1};
+}
+
 std::optional<AnchorHistory::Since> AnchorHistory::From(Utime then) const {
-  const auto found = std::find_if(anchors_.begin(), anchors_.end(),
+  return At(std::find_if(anchors_.begin(), anchors_.end(),
+                         [then](const Anchor& a) { return a.utime >= then; }));
+}
+
+std::optional<AnchorHistory::Since> AnchorHistory::Before(Utime then) const {
+  const auto first = std::find_if(anchors_.begin(), anchors_.end(),
                                   [then](const Anchor& a) { return a.utime >= then; });
-  if (found == anchors_.end()) return std::nullopt;
-  return Since{found->utime, found->T_WO, found->cov_T_WC,
-               static_cast<int>(anchors_.end() - found) - 1};
+  const bool older = first != anchors_.end() && first != anchors_.begin();
+  return At(older ? std::prev(first) : first);
 }
 
 void AnchorHistory::Remember(Utime utime, const SE3& T_WO, const Matrix6d& cov_T_WC) {

@@ -24,6 +24,9 @@ class AnchorHistory {
   };
   // What was at the first image not before `then`; empty where none is known.
   std::optional<Since> From(Utime then) const;
+  // What was at the last image before `then`, or at the first one that is known; empty where none
+  // is known since `then`.
+  std::optional<Since> Before(Utime then) const;
 
   // After every image; times ascend. cov_T_WC: of the camera's pose, right perturbation.
   void Remember(Utime utime, const SE3& T_WO, const Matrix6d& cov_T_WC);
@@ -38,6 +41,8 @@ class AnchorHistory {
     SE3 T_WO;
     Matrix6d cov_T_WC;
   };
+  std::optional<Since> At(std::deque<Anchor>::const_iterator anchor) const;
+
   std::deque<Anchor> anchors_;
 };
 

@@ -25,6 +25,17 @@ TEST(AnchorHistory, GivesTheFirstImageNotBeforeATime) {
   EXPECT_EQ(history.From(Second(0))->num_images, 1);
 }
 
+TEST(AnchorHistory, GivesTheLastImageBeforeATime) {
+  AnchorHistory history;
+  EXPECT_FALSE(history.Before(Second(1)));
+  history.Remember(Second(1), At(1), Matrix6d::Zero());
+  history.Remember(Second(2), At(2), Matrix6d::Zero());
+  EXPECT_EQ(history.Before(Second(0))->T_WO.translation().x(), 1);  // nothing older is known
+  EXPECT_EQ(history.Before(Second(2))->T_WO.translation().x(), 1);
+  EXPECT_EQ(history.Before(Second(2))->num_images, 1);
+  EXPECT_FALSE(history.Before(Second(2.5)));
+}
+
 TEST(AnchorHistory, ForgetsWhatIsLongAgo) {
   AnchorHistory history;
   for (int t = 1; t <= 8; ++t) history.Remember(Second(t), At(t), Matrix6d::Zero());

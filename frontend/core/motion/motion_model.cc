@@ -127,11 +127,12 @@ Motion MotionModel::Coast(Utime a, Utime b) const {
 
 std::optional<CameraStep> MotionModel::Step(Utime a, Utime b) const {
   const auto dr = DrPredicts(variant_) ? DrBetween(a, b) : std::nullopt;
-  if (!dr || dr->told.slip || learnt_.trust.refuted()) return std::nullopt;
+  if (!dr || dr->told.slip) return std::nullopt;
   const DrNoise noise = OrNominal(InCamera(dr->noise, T_BC_), b - a);
   CameraStep out;
   out.T_ab = InCamera(dr->T_BaBb, T_BC_);
   if (observed_ == a) out.T_ab_seen = Coast(a, b).T_ab;
+  out.refuted = learnt_.trust.refuted();
   out.white = noise.white.diagonal();
   out.common = (noise.lever * noise.coherent * noise.lever.transpose()).diagonal().cwiseMax(0);
   out.common = out.common.cwiseSqrt().eval();

@@ -61,8 +61,8 @@ class MotionModel {
   std::optional<DrIncrement> Increment(Utime a, Utime b) const;
 
   // The motion of the camera as DR tells it, with the noise that it claims, whether vision agrees
-  // or not. Empty where DR does not cover the interval, notices slip or is refuted, or the variant
-  // does not use it.
+  // or not. Empty where DR does not cover the interval or notices slip, or the variant does not
+  // use it.
   std::optional<CameraStep> Step(Utime a, Utime b) const;
 
   // The camera in the odometry frame; empty where DR does not cover the instant, or the variant

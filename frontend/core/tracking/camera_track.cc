@@ -1,7 +1,9 @@
 #include "frontend/core/tracking/camera_track.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "common/core/chi_square.h"
 #include "common/good_weights/camera_motion.h"
 
 namespace gw::frontend {
@@ -43,9 +45,20 @@ void CameraTrack::KeyframeMade(KeyframeId id, bool certain) {
   doubts.Set(id, certain ? doubt : cov());
 }
 
+bool CameraTrack::AgreesWithDr(Utime since, const MotionModel& motion) const {
+  const auto T_OC = motion.OdometryPose(utime);
+  const auto then = anchors.Before(since);
+  const auto dr = then ? motion.Step(then->utime, utime) : std::nullopt;
+  if (!T_OC || !dr) return false;
+  const Vector6d gap = (T_WC.inverse() * (then->T_WO * *T_OC)).Log();
+  Matrix6d cov = uncertainty.cov();
+  cov.diagonal() += dr->white + dr->common.cwiseAbs2();
+  return gap.dot(cov.ldlt().solve(gap)) <= kChi2Six999;
+}
+
 void CameraTrack::Rewind(Utime since, MotionModel* motion) {
   const auto T_OC = motion->OdometryPose(utime);
-  const auto then = anchors.From(since);
+  const auto then = anchors.Before(since);
   if (!T_OC || !then) return;
   const SE3 T_WC_by_dr = then->T_WO * *T_OC;
   uncertainty.Shift((T_WC.inverse() * T_WC_by_dr).Log());

@@ -53,6 +53,10 @@ struct CameraTrack {
   // Covariance of T_WC, right perturbation.
   Matrix6d cov() const { return uncertainty.cov() + doubt; }
 
+  // The pose is where dead reckoning leads from the pose of then, as far as both are sure of it
+  // (chi-square, 99.9 %). false where dead reckoning does not reach back to then.
+  bool AgreesWithDr(Utime since, const MotionModel& motion) const;
+
   // Vision was held by what is not the world: the way since then is that of dead reckoning, and
   // what was mapped and learnt since then is void. Nothing happens where dead reckoning does not
   // reach back to then.

@@ -101,6 +101,13 @@ TEST_F(CameraTrackTest, RewoundItIsWhereDeadReckoningLeadsFromThen) {
     track_.uncertainty.Reset(sure);
     track_.RememberAnchor(motion);
   }
+  // The half metre since then is far beyond what either is unsure of; the way until then is not.
+  EXPECT_FALSE(track_.AgreesWithDr(Utime{} + Milliseconds(500), motion));
+  EXPECT_FALSE(track_.AgreesWithDr(Utime{} - Milliseconds(500), motion));  // not remembered
+  const SE3 held = track_.T_WC;
+  track_.T_WC = Pose(1.01) * camera.T_BC;
+  EXPECT_TRUE(track_.AgreesWithDr(Utime{} + Milliseconds(500), motion));
+  track_.T_WC = held;
   track_.Rewind(Utime{} + Milliseconds(500), &motion);
   ExpectPoseNear(Pose(1) * camera.T_BC, track_.T_WC);
   // As sure as it was then, and no surer than dead reckoning since.

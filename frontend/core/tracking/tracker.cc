@@ -310,7 +310,10 @@ const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame
   if (!step) track_.anchors.Clear();  // dead reckoning may have begun anew, somewhere else
   const bool prevailed = cleaner_.fixed_prevails();
   const FeatureFrame* const of_world = cleaner_.LeaveOutFixed(utime, seen, step);
-  if (cleaner_.fixed_prevails() && !prevailed) track_.Rewind(cleaner_.fixed_since(), &motion_);
+  if (cleaner_.fixed_prevails() && !prevailed &&
+      !track_.AgreesWithDr(cleaner_.fixed_since(), motion_)) {
+    track_.Rewind(cleaner_.fixed_since(), &motion_);
+  }
   return of_world;
 }
 

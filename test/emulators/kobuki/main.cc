@@ -1,12 +1,11 @@
 // gw-kobuki-emulator: a Kobuki base on a pseudo terminal, for trying gw-kobuki without a robot.
 #include <signal.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "test/emulators/kobuki/pty_base.h"
 
 int main(int argc, char** argv) {
@@ -14,29 +13,22 @@ int main(int argc, char** argv) {
   std::string link = "/tmp/kobuki";
   int latency_ms = 1;
   int delay_ms = 0;
-  CLI::App app(
+  gw::cli::Command app(
       "A Kobuki base on a pseudo terminal. Commands on standard input: unplug, plug, silent, "
       "talk,\n"
       "reboot, bumper, cliff, drop, clear, where, quit.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("--link", link, "symbolic link to the terminal, to be given to the driver");
-  app.add_option("--seed", config.seed, "of noise and faults");
-  app.add_option("--latency-timer", latency_ms, "of the USB adapter, ms")
-      ->check(CLI::Range(0, 255));
-  app.add_option("--transport-delay", delay_ms, "from measurement to the line, ms")
-      ->check(CLI::Range(0, 1000));
-  app.add_option("--drop-byte", config.drop_byte, "probability per byte")
-      ->check(CLI::Range(0., 1.));
-  app.add_option("--flip-bit", config.flip_bit, "probability per byte")->check(CLI::Range(0., 1.));
-  app.add_option("--garbage", config.garbage_burst, "probability of noise before a frame")
-      ->check(CLI::Range(0., 1.));
-  app.add_option("--stall-rate", config.stall_rate_hz, "how often the host sleeps for 60 ms, Hz")
-      ->check(CLI::Range(0., 10.));
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? gw::kExitOk : gw::kExitUsage;
-  }
+  app.AddOption("--link", link, "symbolic link to the terminal, to be given to the driver");
+  app.AddOption("--seed", config.seed, "of noise and faults");
+  app.AddOption("--latency-timer", latency_ms, "of the USB adapter, ms")->InRange(0, 255);
+  app.AddOption("--transport-delay", delay_ms, "from measurement to the line, ms")
+      ->InRange(0, 1000);
+  app.AddOption("--drop-byte", config.drop_byte, "probability per byte")->InRange(0., 1.);
+  app.AddOption("--flip-bit", config.flip_bit, "probability per byte")->InRange(0., 1.);
+  app.AddOption("--garbage", config.garbage_burst, "probability of noise before a frame")
+      ->InRange(0., 1.);
+  app.AddOption("--stall-rate", config.stall_rate_hz, "how often the host sleeps for 60 ms, Hz")
+      ->InRange(0., 10.);
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   config.latency_timer = gw::Milliseconds(latency_ms);
   config.transport_delay = gw::Milliseconds(delay_ms);
 

@@ -1,14 +1,13 @@
 // gw-fault: what can go wrong with sensors, put into a log that was good.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "tools/data/fault/apply_faults.h"
 #include "tools/data/files/json.h"
 
@@ -71,41 +70,36 @@ std::string FaultList() {
 }
 
 int Main(int argc, char** argv) {
-  CLI::App app(
+  cli::Command app(
       "Puts sensor faults into a log. Times are seconds from the begin of the input log; an empty\n"
       "T0 or T1 is its begin or end; every option but --gyro-bias and --seed may be given more\n"
       "than once. Each edit is noted in the log.\n"
       "Exit: 0 ok, 1 log not readable or writable, 2 usage.");
-  app.set_version_flag("--version", Version());
   std::string in, out, config;
   FaultArguments a;
   bool json = false;
-  app.add_option("IN", in, "LCM log")->required();
-  app.add_option("OUT", out, "LCM log to write")->required();
-  app.add_option("--black", a.black, "T0:T1  images black, no depth");
-  app.add_option("--freeze", a.freeze, "T0:T1  the last image before T0 again and again");
-  app.add_option("--blur", a.blur, "T0:T1:SIGMA  Gaussian blur of the grey images, px");
-  app.add_option("--drop", a.drop, "T0:T1[:P]  camera messages lost, each with probability P (1)");
-  app.add_option("--delay", a.delay, "CHANNEL:MS  received later than measured");
-  app.add_option("--slip", a.slip, "T0:T1:FACTOR  wheels measure FACTOR times the way (and DR)");
-  app.add_option("--gyro-bias", a.gyro_bias_rad_s, "RAD_S  added on each axis of the gyro");
-  app.add_option("--teleport", a.teleport,
-                 "T0:T1  the robot is carried away without noticing: the span is cut out, DR and "
-                 "wheels continue");
-  app.add_option("--fault", a.fault,
-                 "NAME[:T0:T1]  a fault of the list below; over the whole log, or when it usually "
-                 "happens, unless a span is given");
-  app.add_option("--config", config,
-                 "robot YAML: focal length, baseline and depth unit for dots and person "
-                 "(RealSense D435)");
-  app.add_option("--seed", a.seed, "of --drop (1)");
-  app.footer(FaultList());
-  app.add_flag("--json", json, "print the summary as JSON");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
-  }
+  app.AddOption("IN", in, "LCM log")->Required();
+  app.AddOption("OUT", out, "LCM log to write")->Required();
+  app.AddOption("--black", a.black, "T0:T1  images black, no depth");
+  app.AddOption("--freeze", a.freeze, "T0:T1  the last image before T0 again and again");
+  app.AddOption("--blur", a.blur, "T0:T1:SIGMA  Gaussian blur of the grey images, px");
+  app.AddOption("--drop", a.drop, "T0:T1[:P]  camera messages lost, each with probability P (1)");
+  app.AddOption("--delay", a.delay, "CHANNEL:MS  received later than measured");
+  app.AddOption("--slip", a.slip, "T0:T1:FACTOR  wheels measure FACTOR times the way (and DR)");
+  app.AddOption("--gyro-bias", a.gyro_bias_rad_s, "RAD_S  added on each axis of the gyro");
+  app.AddOption("--teleport", a.teleport,
+                "T0:T1  the robot is carried away without noticing: the span is cut out, DR and "
+                "wheels continue");
+  app.AddOption("--fault", a.fault,
+                "NAME[:T0:T1]  a fault of the list below; over the whole log, or when it usually "
+                "happens, unless a span is given");
+  app.AddOption("--config", config,
+                "robot YAML: focal length, baseline and depth unit for dots and person "
+                "(RealSense D435)");
+  app.AddOption("--seed", a.seed, "of --drop (1)");
+  app.Footer(FaultList());
+  app.AddFlag("--json", json, "print the summary as JSON");
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   Result<FaultPlan> plan = ParseFaultPlan(a);
   if (!plan) return Fail(plan.error());
   if (!config.empty()) {

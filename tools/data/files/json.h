@@ -1,14 +1,13 @@
-// JSON that the tools write and read. Keys keep the order in which they were added, so that equal
-// values are equal bytes.
+// JSON that the tools write and read.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
-namespace gw::tools {
+#include "tools/data/files/json_fwd.h"
 
-using Json = nlohmann::ordered_json;
+namespace gw::tools {
 
 // On one line, without blanks. Bytes of a name that are no UTF-8 become U+FFFD, and numbers that
 // are not finite become null, because JSON has neither.

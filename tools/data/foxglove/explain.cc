@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tools/data/files/format.h"
+#include "tools/data/files/json.h"
 
 namespace gw::foxglove {
 namespace {

@@ -5,6 +5,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "tools/data/files/json.h"
+
 namespace gw::foxglove {
 namespace {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "tools/data/files/json.h"
+
 namespace gw::foxglove {
 
 Json JsonTime(Utime utime) {

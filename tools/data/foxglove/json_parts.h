@@ -8,7 +8,7 @@
 
 #include "common/core/se3.h"
 #include "common/core/time.h"
-#include "tools/data/files/json.h"
+#include "tools/data/files/json_fwd.h"
 
 namespace gw::foxglove {
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tools/data/files/json.h"
+
 namespace gw::foxglove {
 namespace {
 

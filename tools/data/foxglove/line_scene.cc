@@ -1,5 +1,7 @@
 #include "tools/data/foxglove/line_scene.h"
 
+#include "tools/data/files/json.h"
+
 namespace gw::foxglove {
 
 Json SceneEntity(const std::string& id, Utime utime) {

@@ -6,6 +6,7 @@
 
 #include "common/wire/channels.h"
 #include "tools/data/files/format.h"
+#include "tools/data/files/json.h"
 #include "tools/data/foxglove/advice.h"
 #include "tools/data/foxglove/explain.h"
 #include "tools/data/foxglove/image_view.h"

@@ -6,6 +6,7 @@
 
 #include "common/wire/channels.h"
 #include "common/wire/testing.h"
+#include "tools/data/files/json.h"
 
 namespace gw::foxglove {
 namespace {

@@ -1,7 +1,6 @@
 // gw-import: recordings of public data sets as LCM logs with a robot configuration.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <functional>
@@ -10,6 +9,7 @@
 #include <string>
 #include <tuple>
 
+#include "common/cli/command.h"
 #include "common/config/writer.h"
 #include "common/core/exit_code.h"
 #include "common/core/format.h"
@@ -41,37 +41,36 @@ struct Arguments {
   ImuCheckOptions imu;
 };
 
-void AddCommonOptions(CLI::App& app, Arguments& a) {
-  app.add_option("SRC", a.source,
-                 "folder of the recording (rosbag: the file, or the folder of rosbag2)")
-      ->required();
-  app.add_option("--out", a.log, "LCM log to write")->required();
-  app.add_option("--config-out", a.config, "robot configuration (YAML) to write")->required();
-  app.add_flag("--skip-missing", a.skip_missing,
-               "leave out and count frames whose image files are not there or cannot be read");
-  app.add_option(
+void AddCommonOptions(cli::Command& app, Arguments& a, bool always_writes) {
+  app.AddOption("SRC", a.source,
+                "folder of the recording (rosbag: the file, or the folder of rosbag2)")
+      ->Required();
+  app.AddOption("--out", a.log, "LCM log to write")->Required(always_writes);
+  app.AddOption("--config-out", a.config, "robot configuration (YAML) to write")
+      ->Required(always_writes);
+  app.AddFlag("--skip-missing", a.skip_missing,
+              "leave out and count frames whose image files are not there or cannot be read");
+  app.AddOption(
       "--dr-from-groundtruth", a.synthetic_dr,
       "add dead reckoning made from the ground truth: "
       "sigma_t=0.004,sigma_r=0.1deg,bias_t=0,bias_r=0deg,walk_t=0,walk_r=0deg,rate=100,"
       "seed=1 (sigma: m and deg or rad per 1/30 s; bias: per s; walk: per s and sqrt(s))");
-  app.add_option("--ground-truth-out", a.ground_truth_out, "ground truth as a TUM trajectory");
-  app.add_option("--frame", a.frame, "frame of --ground-truth-out: body or camera")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, TrajectoryFrame>{
-          {"body", TrajectoryFrame::kBody}, {"camera", TrajectoryFrame::kCamera}}));
-  app.add_option("--gyro-unit", a.imu.gyro_unit,
-                 "unit of the gyro: auto (decided by the data), rad/s or deg/s")
-      ->transform(
-          CLI::CheckedTransformer(std::map<std::string, GyroUnit>{{"auto", GyroUnit::kAuto},
-                                                                  {"rad/s", GyroUnit::kRadPerS},
-                                                                  {"deg/s", GyroUnit::kDegPerS}}));
-  app.add_option("--accel-unit", a.imu.accel_unit,
-                 "unit of the accelerometer: auto (decided by the data), m/s2 or g")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, AccelUnit>{
-          {"auto", AccelUnit::kAuto}, {"m/s2", AccelUnit::kMetrePerS2}, {"g", AccelUnit::kG}}));
-  app.add_option("--imu-time-offset", a.imu.time_offset_s,
-                 "s by which the IMU's clock is ahead of the other sensors'; taken off");
-  app.add_flag("--no-check", a.no_check, "do not run gw-check on what was imported");
-  app.add_flag("--json", a.json, "print the summary as JSON");
+  app.AddOption("--ground-truth-out", a.ground_truth_out, "ground truth as a TUM trajectory");
+  app.AddChoice<TrajectoryFrame>(
+      "--frame", a.frame, {{"body", TrajectoryFrame::kBody}, {"camera", TrajectoryFrame::kCamera}},
+      "frame of --ground-truth-out: body or camera");
+  app.AddChoice<GyroUnit>(
+      "--gyro-unit", a.imu.gyro_unit,
+      {{"auto", GyroUnit::kAuto}, {"rad/s", GyroUnit::kRadPerS}, {"deg/s", GyroUnit::kDegPerS}},
+      "unit of the gyro: auto (decided by the data), rad/s or deg/s");
+  app.AddChoice<AccelUnit>(
+      "--accel-unit", a.imu.accel_unit,
+      {{"auto", AccelUnit::kAuto}, {"m/s2", AccelUnit::kMetrePerS2}, {"g", AccelUnit::kG}},
+      "unit of the accelerometer: auto (decided by the data), m/s2 or g");
+  app.AddOption("--imu-time-offset", a.imu.time_offset_s,
+                "s by which the IMU's clock is ahead of the other sensors'; taken off");
+  app.AddFlag("--no-check", a.no_check, "do not run gw-check on what was imported");
+  app.AddFlag("--json", a.json, "print the summary as JSON");
 }
 
 // Says how far it is, every two seconds.
@@ -192,10 +191,10 @@ struct Command {
   bool list_bag = false;
 };
 
-CLI::App* AddFormat(CLI::App& app, const std::string& name, const std::string& text,
-                    Command& command) {
-  CLI::App* const format = app.add_subcommand(name, text);
-  AddCommonOptions(*format, command.common);
+cli::Command* AddFormat(cli::Command& app, const std::string& name, const std::string& text,
+                        Command& command, bool always_writes = true) {
+  cli::Command* const format = app.AddCommand(name, text);
+  AddCommonOptions(*format, command.common, always_writes);
   return format;
 }
 
@@ -216,41 +215,41 @@ Result<Recording> ReadTumCommand(Command& c) {
   return ReadTum(c.common.source, c.tum);
 }
 
-void AddTum(CLI::App& app, Command& c) {
-  CLI::App* const tum =
+void AddTum(cli::Command& app, Command& c) {
+  cli::Command* const tum =
       AddFormat(app, "tum", "TUM RGB-D, or a camera of your own in its layout", c);
-  tum->add_option("--camera", c.tum.camera,
-                  "preset of the camera: fr1, fr2 or fr3 (default: as the folder's name says)");
-  tum->add_option("--intrinsics", c.intrinsics,
-                  "instead of a preset: fx,fy,cx,cy or fx,fy,cx,cy,k1,k2,p1,p2,k3");
-  tum->add_option("--depth-unit", c.depth_unit_m,
-                  "metres per unit of the depth images: 0.001 for millimetres (default: TUM's "
-                  "1/5000)")
-      ->check(CLI::Range(1e-6, 0.1));
-  tum->callback([&c] { c.read = [&c] { return ReadTumCommand(c); }; });
+  tum->AddOption("--camera", c.tum.camera,
+                 "preset of the camera: fr1, fr2 or fr3 (default: as the folder's name says)");
+  tum->AddOption("--intrinsics", c.intrinsics,
+                 "instead of a preset: fx,fy,cx,cy or fx,fy,cx,cy,k1,k2,p1,p2,k3");
+  tum->AddOption("--depth-unit", c.depth_unit_m,
+                 "metres per unit of the depth images: 0.001 for millimetres (default: TUM's "
+                 "1/5000)")
+      ->InRange(1e-6, 0.1);
+  tum->WhenGiven([&c] { c.read = [&c] { return ReadTumCommand(c); }; });
 }
 
-void AddStereo(CLI::App& app, Command& c) {
-  CLI::App* const euroc = AddFormat(app, "euroc", "EuRoC MAV / ASL, stereo; IMU, wheels", c);
-  euroc->callback(
+void AddStereo(cli::Command& app, Command& c) {
+  cli::Command* const euroc = AddFormat(app, "euroc", "EuRoC MAV / ASL, stereo; IMU, wheels", c);
+  euroc->WhenGiven(
       [&c] { c.read = [&c] { return ReadEuroc(c.common.source, {c.common.skip_missing}); }; });
-  CLI::App* const kitti = AddFormat(app, "kitti", "KITTI odometry, grey stereo", c);
-  kitti->callback(
+  cli::Command* const kitti = AddFormat(app, "kitti", "KITTI odometry, grey stereo", c);
+  kitti->WhenGiven(
       [&c] { c.read = [&c] { return ReadKitti(c.common.source, {c.common.skip_missing}); }; });
 }
 
-void AddCidSims(CLI::App& app, Command& c) {
-  CLI::App* const cid = AddFormat(app, "cid-sims", "CID-SIMS: RGB-D, IMU, wheels", c);
-  cid->add_option("--mount", c.cid.mount, "camera mounting of the sequence: high or low");
-  cid->add_option("--calibration", c.cid.calibration,
-                  "calibration file (calibration.yaml in SRC or the folder above)");
-  cid->add_option("--imu-matrix", c.cid.imu_matrix,
-                  "meaning of T_ItoC: imu-to-camera, camera-to-imu, or auto: decided by the gyro")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, ImuMatrix>{{"auto", ImuMatrix::kAuto},
-                                           {"imu-to-camera", ImuMatrix::kImuToCamera},
-                                           {"camera-to-imu", ImuMatrix::kCameraToImu}}));
-  cid->callback([&c] {
+void AddCidSims(cli::Command& app, Command& c) {
+  cli::Command* const cid = AddFormat(app, "cid-sims", "CID-SIMS: RGB-D, IMU, wheels", c);
+  cid->AddOption("--mount", c.cid.mount, "camera mounting of the sequence: high or low");
+  cid->AddOption("--calibration", c.cid.calibration,
+                 "calibration file (calibration.yaml in SRC or the folder above)");
+  cid->AddChoice<ImuMatrix>(
+      "--imu-matrix", c.cid.imu_matrix,
+      {{"auto", ImuMatrix::kAuto},
+       {"imu-to-camera", ImuMatrix::kImuToCamera},
+       {"camera-to-imu", ImuMatrix::kCameraToImu}},
+      "meaning of T_ItoC: imu-to-camera, camera-to-imu, or auto: decided by the gyro");
+  cid->WhenGiven([&c] {
     c.read = [&c] {
       c.options = " --mount " + c.cid.mount;
       c.cid.skip_missing = c.common.skip_missing;
@@ -259,18 +258,18 @@ void AddCidSims(CLI::App& app, Command& c) {
   });
 }
 
-void AddOpenLoris(CLI::App& app, Command& c) {
-  CLI::App* const loris =
+void AddOpenLoris(cli::Command& app, Command& c) {
+  cli::Command* const loris =
       AddFormat(app, "openloris", "OpenLORIS-Scene: RGB-D, IMU, wheels; also without images", c);
-  CLI::Option* const encoders = loris->add_option(
-      "--encoders", c.loris.encoders,
-      "instead of odom.txt: the encoders' readings, lines `t left right` (ticks)");
-  CLI::Option* const ticks =
-      loris->add_option("--ticks-per-turn", c.loris.ticks_per_turn, "of a wheel, with --encoders")
-          ->check(CLI::Range(1.0, 1e9));
-  encoders->needs(ticks);
-  ticks->needs(encoders);
-  loris->callback([&c] {
+  cli::Option* const encoders =
+      loris->AddOption("--encoders", c.loris.encoders,
+                       "instead of odom.txt: the encoders' readings, lines `t left right` (ticks)");
+  cli::Option* const ticks =
+      loris->AddOption("--ticks-per-turn", c.loris.ticks_per_turn, "of a wheel, with --encoders")
+          ->InRange(1.0, 1e9);
+  encoders->Needs(ticks);
+  ticks->Needs(encoders);
+  loris->WhenGiven([&c] {
     c.read = [&c] {
       c.loris.skip_missing = c.common.skip_missing;
       return ReadOpenLoris(c.common.source, c.loris);
@@ -278,21 +277,21 @@ void AddOpenLoris(CLI::App& app, Command& c) {
   });
 }
 
-void AddOdometry(CLI::App& app, Command& c) {
-  CLI::App* const odometry = AddFormat(
+void AddOdometry(cli::Command& app, Command& c) {
+  cli::Command* const odometry = AddFormat(
       app, "odometry", "wheels without images: SRC is a file of poses `t x y z qx qy qz qw`", c);
-  odometry->add_option("--imu", c.odometry.imu, "IMU file, lines `t wx wy wz [ax ay az]`");
-  odometry
-      ->add_option("--imu-columns", c.odometry.imu_columns,
-                   "order of its columns: gyro-accel (default) or accel-gyro")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, ImuColumns>{
-          {"gyro-accel", ImuColumns::kGyroAccel}, {"accel-gyro", ImuColumns::kAccelGyro}}));
-  odometry->add_option("--ground-truth", c.odometry.ground_truth,
-                       "ground truth of the body, lines `t x y z qx qy qz qw`");
-  odometry->callback([&c] { c.read = [&c] { return ReadOdometry(c.common.source, c.odometry); }; });
+  odometry->AddOption("--imu", c.odometry.imu, "IMU file, lines `t wx wy wz [ax ay az]`");
+  odometry->AddChoice<ImuColumns>(
+      "--imu-columns", c.odometry.imu_columns,
+      {{"gyro-accel", ImuColumns::kGyroAccel}, {"accel-gyro", ImuColumns::kAccelGyro}},
+      "order of its columns: gyro-accel (default) or accel-gyro");
+  odometry->AddOption("--ground-truth", c.odometry.ground_truth,
+                      "ground truth of the body, lines `t x y z qx qy qz qw`");
+  odometry->WhenGiven(
+      [&c] { c.read = [&c] { return ReadOdometry(c.common.source, c.odometry); }; });
 }
 
-void AddBagTopics(CLI::App& rosbag, Command& c) {
+void AddBagTopics(cli::Command& rosbag, Command& c) {
   for (const auto& [name, value, text] :
        {std::tuple{"--stereo", &c.bag.topics.stereo, "topics of the eyes: LEFT,RIGHT"},
         {"--rgbd", &c.bag.topics.rgbd, "topics of image and aligned depth: IMAGE,DEPTH"},
@@ -300,38 +299,31 @@ void AddBagTopics(CLI::App& rosbag, Command& c) {
          "topic of the wheels: Odometry, JointState or Kobuki's SensorState"},
         {"--imu", &c.bag.topics.imu, "topic of the IMU, or GYRO,ACCELEROMETER"},
         {"--truth", &c.bag.topics.truth, "topic of the ground truth"}}) {
-    rosbag.add_option(name, *value,
-                      std::string(text) + " (default: found by type; none: left out)");
+    rosbag.AddOption(name, *value, std::string(text) + " (default: found by type; none: left out)");
   }
-  rosbag.add_option("--truth-parent", c.bag.truth_parent, "ground truth of tf: its frame")
-      ->capture_default_str();
-  rosbag.add_option("--truth-child", c.bag.truth_child, "ground truth of tf: the body")
-      ->capture_default_str();
+  rosbag.AddOption("--truth-parent", c.bag.truth_parent, "ground truth of tf: its frame")
+      ->ShowDefault();
+  rosbag.AddOption("--truth-child", c.bag.truth_child, "ground truth of tf: the body")
+      ->ShowDefault();
   for (const auto& [name, value, text] :
        {std::tuple{"--wheel-radius", &c.bag.wheel_radius_m, "m, where the odometry is JointState"},
         {"--track", &c.bag.track_m, "m between the wheels, with JointState or ticks"}}) {
-    rosbag.add_option(name, *value, text)->check(CLI::Range(0.001, 10.0));
+    rosbag.AddOption(name, *value, text)->InRange(0.001, 10.0);
   }
 }
 
-void AddRosbag(CLI::App& app, Command& c) {
-  CLI::App* const rosbag = AddFormat(
-      app, "rosbag", "ROS 1 bag, rosbag2 (SQLite3, MCAP): stereo or RGB-D, IMU, wheels, tf", c);
+void AddRosbag(cli::Command& app, Command& c) {
+  cli::Command* const rosbag = AddFormat(
+      app, "rosbag", "ROS 1 bag, rosbag2 (SQLite3, MCAP): stereo or RGB-D, IMU, wheels, tf", c,
+      /*always_writes=*/false);
   AddBagTopics(*rosbag, c);
-  rosbag->add_option("--calibration", c.bag.robot_config,
-                     "robot configuration (YAML) whose calibration is taken instead of the bag's");
-  rosbag->add_option("--cid-sims-calibration", c.bag.cid_sims_calibration,
-                     "the same from a calibration file of CID-SIMS");
-  rosbag->add_option("--mount", c.bag.mount, "with it: camera mounting, high or low");
-  rosbag->add_flag("--list", c.list_bag, "only show the topics and which would be imported");
-  rosbag->get_option("--out")->required(false);
-  rosbag->get_option("--config-out")->required(false);
-  rosbag->callback([&c, rosbag] {
-    for (const char* output : {"--out", "--config-out"}) {
-      if (!c.list_bag && rosbag->count(output) == 0) throw CLI::RequiredError(output);
-    }
-    c.read = [&c] { return ReadRosbag(c.common.source, c.bag); };
-  });
+  rosbag->AddOption("--calibration", c.bag.robot_config,
+                    "robot configuration (YAML) whose calibration is taken instead of the bag's");
+  rosbag->AddOption("--cid-sims-calibration", c.bag.cid_sims_calibration,
+                    "the same from a calibration file of CID-SIMS");
+  rosbag->AddOption("--mount", c.bag.mount, "with it: camera mounting, high or low");
+  rosbag->AddFlag("--list", c.list_bag, "only show the topics and which would be imported");
+  rosbag->WhenGiven([&c] { c.read = [&c] { return ReadRosbag(c.common.source, c.bag); }; });
 }
 
 Result<Done> Run(Command& command) {
@@ -353,11 +345,10 @@ Result<Done> Run(Command& command) {
 }
 
 int Main(int argc, char** argv) {
-  CLI::App app(
+  cli::Command app(
       "Turns a recording of a public data set into an LCM log and a robot configuration.\n"
       "Exit: 0 ok, 1 bad or unreadable source, 2 usage, 78 calibration that breaks a rule.");
-  app.set_version_flag("--version", Version());
-  app.require_subcommand(1);
+  app.RequireCommands(1, 1);
   Command command;
   AddTum(app, command);
   AddStereo(app, command);
@@ -365,10 +356,10 @@ int Main(int argc, char** argv) {
   AddOpenLoris(app, command);
   AddOdometry(app, command);
   AddRosbag(app, command);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
+  if (!command.list_bag) {
+    if (command.common.log.empty()) return app.Missing("--out");
+    if (command.common.config.empty()) return app.Missing("--config-out");
   }
   const Result<Done> done = Run(command);
   if (done) return kExitOk;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "tools/data/files/format.h"
+#include "tools/data/files/json.h"
 #include "tools/data/files/shell_word.h"
 
 namespace gw::importer {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "common/core/result.h"
-#include "tools/data/files/json.h"
+#include "tools/data/files/json_fwd.h"
 
 namespace gw::importer {
 

@@ -1,13 +1,12 @@
 // gw-log: looks into LCM logs, checks them, cuts pieces out of them, makes MCAP files of them.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <string>
 
 #include "common/camera/camera_model.h"
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "tools/data/files/json.h"
 #include "tools/data/foxglove/mcap_export.h"
 #include "tools/data/log/cut.h"
@@ -81,38 +80,33 @@ int Export(const std::string& log, std::string config, const std::string& out) {
 }
 
 int Main(int argc, char** argv) {
-  CLI::App app(
+  cli::Command app(
       "Looks into LCM logs, checks them, cuts pieces out of them, makes MCAP files of them.\n"
       "Exit: 0 ok, 1 problems found or file not readable, 2 usage.");
-  app.set_version_flag("--version", Version());
-  app.require_subcommand(1);
+  app.RequireCommands(1, 1);
   std::string log, span, out, mcap, config;
   bool json = false;
-  CLI::App* const info = app.add_subcommand("info", "channels, rates, gaps, duration, notes");
-  CLI::App* const check = app.add_subcommand(
+  cli::Command* const info = app.AddCommand("info", "channels, rates, gaps, duration, notes");
+  cli::Command* const check = app.AddCommand(
       "check", "lost messages, time order, undecodable messages, damage; exit 1 when any");
-  CLI::App* const cut = app.add_subcommand("cut", "copy a span of time into a new log");
-  CLI::App* const exporting =
-      app.add_subcommand("export", "what gw-view shows of it, as an MCAP file for other viewers");
-  for (CLI::App* const command : {info, check, cut, exporting}) {
-    command->add_option("LOG", log, "LCM log")->required();
+  cli::Command* const cut = app.AddCommand("cut", "copy a span of time into a new log");
+  cli::Command* const exporting =
+      app.AddCommand("export", "what gw-view shows of it, as an MCAP file for other viewers");
+  for (cli::Command* const command : {info, check, cut, exporting}) {
+    command->AddOption("LOG", log, "LCM log")->Required();
   }
-  for (CLI::App* const command : {info, check, cut}) {
-    command->add_flag("--json", json, "print JSON");
+  for (cli::Command* const command : {info, check, cut}) {
+    command->AddFlag("--json", json, "print JSON");
   }
-  exporting->add_option("--mcap", mcap, "file to write")->required();
-  exporting->add_option("--config", config,
-                        "robot YAML, for the camera; default: the one beside LOG");
-  cut->add_option("SPAN", span, "T0:T1, seconds from the begin of the log")->required();
-  cut->add_option("OUT", out, "log to write")->required();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
-  }
-  if (*info) return Inspect(log, InspectDepth::kHeaders, json);
-  if (*check) return Inspect(log, InspectDepth::kDecode, json);
-  if (*exporting) return Export(log, config, mcap);
+  exporting->AddOption("--mcap", mcap, "file to write")->Required();
+  exporting->AddOption("--config", config,
+                       "robot YAML, for the camera; default: the one beside LOG");
+  cut->AddOption("SPAN", span, "T0:T1, seconds from the begin of the log")->Required();
+  cut->AddOption("OUT", out, "log to write")->Required();
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
+  if (info->given()) return Inspect(log, InspectDepth::kHeaders, json);
+  if (check->given()) return Inspect(log, InspectDepth::kDecode, json);
+  if (exporting->given()) return Export(log, config, mcap);
   return Cut(log, span, out, json);
 }
 

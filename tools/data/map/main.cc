@@ -1,12 +1,11 @@
 // gw-map: looks into the map on disk, checks it, repairs it, edits it, joins two, and gives it to
 // other programs.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
 
 #include "backend/journal/journal.h"
+#include "common/cli/command.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "grid/files/map_server.h"
 #include "tools/data/files/text_file.h"
 #include "tools/data/map/map_edit.h"
@@ -181,81 +180,77 @@ struct Arguments {
 };
 
 struct Commands {
-  CLI::App *info, *check, *repair, *merge, *remove_session, *crop, *to_files;
+  cli::Command *info, *check, *repair, *merge, *remove_session, *crop, *to_files;
 };
 
-Commands AddCommands(CLI::App* app, Arguments* arguments) {
+Commands AddCommands(cli::Command* app, Arguments* arguments) {
   Commands c{};
-  c.info = app->add_subcommand("info", "keyframes, landmarks, sessions, size");
+  c.info = app->AddCommand("info", "keyframes, landmarks, sessions, size");
   c.check =
-      app->add_subcommand("check", "every checksum, every invariant of the map; exit 1 if broken");
-  c.repair = app->add_subcommand("repair",
-                                 "the newest consistent map into a new folder; DIR stays as it is");
-  c.merge = app->add_subcommand(
+      app->AddCommand("check", "every checksum, every invariant of the map; exit 1 if broken");
+  c.repair =
+      app->AddCommand("repair", "the newest consistent map into a new folder; DIR stays as it is");
+  c.merge = app->AddCommand(
       "merge",
       "two maps made apart become one where they show the same places; exit 1 if they do "
       "not, 78 if their cameras differ");
   c.remove_session =
-      app->add_subcommand("remove-session", "the map without the keyframes of one session");
-  c.crop = app->add_subcommand("crop", "the part of the map inside a rectangle");
-  c.to_files = app->add_subcommand("export", "the map for other programs");
-  for (CLI::App* const command :
+      app->AddCommand("remove-session", "the map without the keyframes of one session");
+  c.crop = app->AddCommand("crop", "the part of the map inside a rectangle");
+  c.to_files = app->AddCommand("export", "the map for other programs");
+  for (cli::Command* const command :
        {c.info, c.check, c.repair, c.merge, c.remove_session, c.crop, c.to_files}) {
-    command->add_option("DIR", arguments->directory, "folder of the map")->required();
+    command->AddOption("DIR", arguments->directory, "folder of the map")->Required();
   }
-  c.merge->add_option("SECOND", arguments->second, "folder of the map to be joined to it")
-      ->required();
-  for (CLI::App* const command : {c.info, c.check}) {
-    command->add_flag("--json", arguments->json, "print JSON");
+  c.merge->AddOption("SECOND", arguments->second, "folder of the map to be joined to it")
+      ->Required();
+  for (cli::Command* const command : {c.info, c.check}) {
+    command->AddFlag("--json", arguments->json, "print JSON");
   }
-  for (CLI::App* const command : {c.repair, c.merge, c.remove_session, c.crop}) {
-    command->add_option("--out", arguments->out, "new folder; what is given stays as it is")
-        ->required();
+  for (cli::Command* const command : {c.repair, c.merge, c.remove_session, c.crop}) {
+    command->AddOption("--out", arguments->out, "new folder; what is given stays as it is")
+        ->Required();
   }
-  c.remove_session->add_option("--session", arguments->session, "its number, as info lists them")
-      ->required();
+  c.remove_session->AddOption("--session", arguments->session, "its number, as info lists them")
+      ->Required();
   c.crop
-      ->add_option("--rectangle", arguments->rectangle,
-                   "x0,y0,x1,y1 in W, metres: keyframes "
-                   "whose body is inside stay")
-      ->required();
+      ->AddOption("--rectangle", arguments->rectangle,
+                  "x0,y0,x1,y1 in W, metres: keyframes "
+                  "whose body is inside stay")
+      ->Required();
   return c;
 }
 
-void AddExportOptions(CLI::App* command, ExportFiles* files) {
-  command->add_option("--ply", files->ply, "landmarks and way of the robot, for a mesh viewer");
-  command->add_option("--g2o", files->g2o, "pose graph: dead-reckoning and covisibility edges");
-  command->add_option("--tum", files->tum, "keyframes as t tx ty tz qx qy qz qw of the body");
-  command->add_option("--grid", files->grid,
-                      "folder for the floor map of gw-grid: map.yaml and map.pgm of map_server");
+void AddExportOptions(cli::Command* command, ExportFiles* files) {
+  command->AddOption("--ply", files->ply, "landmarks and way of the robot, for a mesh viewer");
+  command->AddOption("--g2o", files->g2o, "pose graph: dead-reckoning and covisibility edges");
+  command->AddOption("--tum", files->tum, "keyframes as t tx ty tz qx qy qz qw of the body");
+  command->AddOption("--grid", files->grid,
+                     "folder for the floor map of gw-grid: map.yaml and map.pgm of map_server");
   command
-      ->add_option("--min-shared", files->min_shared,
-                   "g2o: common landmarks that make a covisibility edge (default 15)")
-      ->check(CLI::Range(1, 1000000));
+      ->AddOption("--min-shared", files->min_shared,
+                  "g2o: common landmarks that make a covisibility edge (default 15)")
+      ->InRange(1, 1000000);
 }
 
 int Main(int argc, char** argv) {
-  CLI::App app(
+  cli::Command app(
       "Looks into the map on disk (gw-backend --map DIR), checks it, repairs it, edits it, exports "
       "it.\n"
       "Exit: 0 ok, 1 problems found or map not usable, 2 usage, 78 maps of different cameras.");
-  app.set_version_flag("--version", Version());
-  app.require_subcommand(1);
+  app.RequireCommands(1, 1);
   Arguments arguments;
   const Commands commands = AddCommands(&app, &arguments);
   AddExportOptions(commands.to_files, &arguments.files);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
-  }
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   const std::string& directory = arguments.directory;
-  if (*commands.info) return Info(directory, arguments.json);
-  if (*commands.check) return Check(directory, arguments.json);
-  if (*commands.repair) return Repair(directory, arguments.out);
-  if (*commands.merge) return Merge(directory, arguments.second, arguments.out);
-  if (*commands.remove_session) return WithoutSession(directory, arguments.session, arguments.out);
-  if (*commands.crop) return Crop(directory, arguments.rectangle, arguments.out);
+  if (commands.info->given()) return Info(directory, arguments.json);
+  if (commands.check->given()) return Check(directory, arguments.json);
+  if (commands.repair->given()) return Repair(directory, arguments.out);
+  if (commands.merge->given()) return Merge(directory, arguments.second, arguments.out);
+  if (commands.remove_session->given())
+    return WithoutSession(directory, arguments.session, arguments.out);
+  if (commands.crop->given()) return Crop(directory, arguments.rectangle, arguments.out);
   return Export(directory, arguments.files);
 }
 

@@ -1,14 +1,13 @@
 // gw-bench: every input x every variant x every run of a suite, and the tables that come of it.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/core/exit_code.h"
 #include "common/core/hash.h"
-#include "common/core/version.h"
 #include "tools/data/files/text_file.h"
 #include "tools/lab/bench_suite/find.h"
 #include "tools/lab/bench_suite/lidar_truth.h"
@@ -239,15 +238,15 @@ Result<Done> RunCommand(Arguments args, Command command) {
 }
 
 // What the program and each of its jobs take. The option --out.
-CLI::Option* AddOptions(CLI::App* app, Arguments* args) {
-  app->add_option("suite", args->suite, "suite file (YAML, config/suites)");
-  app->add_option("--runs", args->runs, "runs per input and variant, in place of the suite's")
-      ->check(CLI::Range(1, 100));
-  app->add_option("--filter", args->filter,
-                  "regular expression: only where it matches \"INPUT VARIANT\"");
-  app->add_option("--cache", args->cache, "folder for rendered and imported logs (OUT/cache)");
-  app->add_option("--data", args->data, "folder that holds the suite's recordings");
-  return app->add_option("--out", args->out, "folder for tables, plots and runs");
+gw::cli::Option* AddOptions(gw::cli::Command* app, Arguments* args) {
+  app->AddOption("suite", args->suite, "suite file (YAML, config/suites)");
+  app->AddOption("--runs", args->runs, "runs per input and variant, in place of the suite's")
+      ->InRange(1, 100);
+  app->AddOption("--filter", args->filter,
+                 "regular expression: only where it matches \"INPUT VARIANT\"");
+  app->AddOption("--cache", args->cache, "folder for rendered and imported logs (OUT/cache)");
+  app->AddOption("--data", args->data, "folder that holds the suite's recordings");
+  return app->AddOption("--out", args->out, "folder for tables, plots and runs");
 }
 
 }  // namespace
@@ -256,42 +255,37 @@ CLI::Option* AddOptions(CLI::App* app, Arguments* args) {
 int main(int argc, char** argv) {
   using gw::bench::Arguments;
   Arguments args;
-  CLI::App app(
+  gw::cli::Command app(
       "Runs gw-slam on every input of a suite with every variant, several times with perturbed "
       "starts,\nand writes table.md, table.csv, timing.csv, ranking.svg, inputs.svg and "
       "report.html. Runs that "
       "are\nfinished are not repeated while gw-slam, log and configuration stay the same. With "
       "--workflow a suite becomes jobs\nfor Snakemake (this machine, Slurm) and GNU parallel.\n"
       "Exit: 0 ok, 1 failed, 2 usage, 78 bad suite or scenario.");
-  app.set_version_flag("--version", gw::Version());
-  app.require_subcommand(0, 1);
-  CLI::Option* const out = gw::bench::AddOptions(&app, &args);
-  app.add_option("--workflow", args.workflow,
-                 "folder for all that, and for the workflow, which is written and not started")
-      ->excludes(out);
-  CLI::App* const prepare = app.add_subcommand("prepare", "one job: makes the log of an input");
-  CLI::App* const run =
-      app.add_subcommand("run-job", "one job: runs gw-slam once on an input that is prepared");
-  CLI::App* const collect =
-      app.add_subcommand("collect", "one job: tables and plots of what has been run");
-  for (CLI::App* const sub : {prepare, run, collect}) gw::bench::AddOptions(sub, &args);
-  for (CLI::App* const sub : {prepare, run}) {
-    sub->add_option("--input", args.cell.input, "its name in the suite")->required();
+  app.RequireCommands(0, 1);
+  gw::cli::Option* const out = gw::bench::AddOptions(&app, &args);
+  app.AddOption("--workflow", args.workflow,
+                "folder for all that, and for the workflow, which is written and not started")
+      ->Excludes(out);
+  gw::cli::Command* const prepare = app.AddCommand("prepare", "one job: makes the log of an input");
+  gw::cli::Command* const run =
+      app.AddCommand("run-job", "one job: runs gw-slam once on an input that is prepared");
+  gw::cli::Command* const collect =
+      app.AddCommand("collect", "one job: tables and plots of what has been run");
+  for (gw::cli::Command* const sub : {prepare, run, collect}) gw::bench::AddOptions(sub, &args);
+  for (gw::cli::Command* const sub : {prepare, run}) {
+    sub->AddOption("--input", args.cell.input, "its name in the suite")->Required();
   }
-  run->add_option("--variant", args.cell.variant, "as the suite names it")->required();
-  run->add_option("--seed", args.cell.seed, "which perturbed start, from 0")->required();
-  try {
-    app.parse(argc, argv);
-    if (args.suite.empty()) throw CLI::RequiredError("suite");
-    if (args.out.empty() && args.workflow.empty()) throw CLI::RequiredError("--out or --workflow");
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? gw::kExitOk : gw::kExitUsage;
-  }
+  run->AddOption("--variant", args.cell.variant, "as the suite names it")->Required();
+  run->AddOption("--seed", args.cell.seed, "which perturbed start, from 0")->Required();
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
+  if (args.suite.empty()) return app.Missing("suite");
+  if (args.out.empty() && args.workflow.empty()) return app.Missing("--out or --workflow");
   gw::bench::Command command = gw::bench::RunAll;
   if (!args.workflow.empty()) command = gw::bench::WriteWorkflow;
-  if (prepare->parsed()) command = gw::bench::PrepareOne;
-  if (run->parsed()) command = gw::bench::RunJob;
-  if (collect->parsed()) command = gw::bench::Collect;
+  if (prepare->given()) command = gw::bench::PrepareOne;
+  if (run->given()) command = gw::bench::RunJob;
+  if (collect->given()) command = gw::bench::Collect;
   const auto done = gw::bench::RunCommand(args, command);
   if (done) return gw::kExitOk;
   std::fprintf(stderr, "gw-bench: %s\n", done.error().message.c_str());

@@ -1,12 +1,11 @@
 // gw-eval: compares an estimated trajectory with a reference.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <map>
 #include <optional>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "tools/data/files/text_file.h"
 #include "tools/data/log/span.h"
 #include "tools/lab/eval/report.h"
@@ -106,63 +105,56 @@ Result<Done> Run(const Arguments& args) {
 int main(int argc, char** argv) {
   using gw::eval::Alignment;
   gw::eval::Arguments args;
-  CLI::App app(
+  gw::cli::Command app(
       "Compares an estimated trajectory with a reference (TUM files: t x y z qx qy qz qw).\n"
       "Both must be of the same body; scale is never estimated.\n"
       "Exit: 0 ok, 1 files not usable or nothing to compare, 2 usage.");
-  app.set_version_flag("--version", gw::Version());
-  app.require_subcommand(0, 1);
+  app.RequireCommands(0, 1);
   gw::eval::SmoothArguments smooth_args;
-  const CLI::App* const smooth = gw::eval::AddSmoothCommand(&app, &smooth_args);
-  app.add_option("--ref", args.ref, "reference: TUM file, or LCM log (.lcm) with ground truth");
-  app.add_option("--est", args.est, "estimate: TUM file");
-  app.add_option("--align", args.options.alignment,
-                 "how the frames are brought together: se3 (default), yaw (turn about z and "
-                 "shift) or none")
-      ->transform(CLI::Transformer(
-          std::map<std::string, Alignment>{
-              {"se3", Alignment::kSe3}, {"yaw", Alignment::kYaw}, {"none", Alignment::kNone}},
-          CLI::ignore_case));
-  app.add_option("--max-gap", args.max_gap_s,
-                 "s; the reference is interpolated between samples at most this far apart")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1e6));
-  app.add_option("--max-diff", args.max_diff_s,
-                 "s; elsewhere its nearest sample is used, at most this far away")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1e6));
-  app.add_option("--rpe-delta", args.rpe_delta_s, "s; time span of the relative pose error")
-      ->capture_default_str()
-      ->check(CLI::Range(1e-3, 1e6));
-  app.add_option("--drift-lengths", args.options.segment_lengths_m,
-                 "m; lengths of the drift segments (KITTI: 100,200,...,800)")
-      ->delimiter(',')
-      ->capture_default_str()
-      ->check(CLI::Range(1e-3, 1e6));
-  app.add_option("--keyframes", args.keyframes, "final keyframes (TUM), for R(F/KF)");
-  auto* images = app.add_option("--images", args.images, "number of images, for the coverage")
-                     ->check(CLI::Range(int64_t{1}, int64_t{1} << 40));
-  auto* frames = app.add_option("--frames", args.frames, "frames.csv of the run, for the coverage")
-                     ->excludes(images);
-  app.add_option("--span", args.span,
-                 "T0:T1, s since the reference begins: only this span, aligned on its own")
-      ->excludes(images)
-      ->excludes(frames);
-  app.add_option("--json", args.json, "write all numbers to this file");
-  app.add_option("--plot", args.plot, "draw both trajectories and the errors into this SVG");
-  try {
-    app.parse(argc, argv);
-    if (!smooth->parsed()) {
-      if (args.ref.empty()) throw CLI::RequiredError("--ref");
-      if (args.est.empty()) throw CLI::RequiredError("--est");
-    }
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? gw::kExitOk : gw::kExitUsage;
+  const gw::cli::Command* const smooth = gw::eval::AddSmoothCommand(&app, &smooth_args);
+  app.AddOption("--ref", args.ref, "reference: TUM file, or LCM log (.lcm) with ground truth");
+  app.AddOption("--est", args.est, "estimate: TUM file");
+  app.AddChoice<Alignment>(
+      "--align", args.options.alignment,
+      {{"se3", Alignment::kSe3}, {"yaw", Alignment::kYaw}, {"none", Alignment::kNone}},
+      "how the frames are brought together: se3 (default), yaw (turn about z and "
+      "shift) or none");
+  app.AddOption("--max-gap", args.max_gap_s,
+                "s; the reference is interpolated between samples at most this far apart")
+      ->ShowDefault()
+      ->InRange(0.0, 1e6);
+  app.AddOption("--max-diff", args.max_diff_s,
+                "s; elsewhere its nearest sample is used, at most this far away")
+      ->ShowDefault()
+      ->InRange(0.0, 1e6);
+  app.AddOption("--rpe-delta", args.rpe_delta_s, "s; time span of the relative pose error")
+      ->ShowDefault()
+      ->InRange(1e-3, 1e6);
+  app.AddOption("--drift-lengths", args.options.segment_lengths_m,
+                "m; lengths of the drift segments (KITTI: 100,200,...,800)")
+      ->Separator(',')
+      ->ShowDefault()
+      ->InRange(1e-3, 1e6);
+  app.AddOption("--keyframes", args.keyframes, "final keyframes (TUM), for R(F/KF)");
+  auto* images = app.AddOption("--images", args.images, "number of images, for the coverage")
+                     ->InRange(int64_t{1}, int64_t{1} << 40);
+  auto* frames = app.AddOption("--frames", args.frames, "frames.csv of the run, for the coverage")
+                     ->Excludes(images);
+  app.AddOption("--span", args.span,
+                "T0:T1, s since the reference begins: only this span, aligned on its own")
+      ->Excludes(images)
+      ->Excludes(frames);
+  app.AddOption("--json", args.json, "write all numbers to this file");
+  app.AddOption("--plot", args.plot, "draw both trajectories and the errors into this SVG");
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
+  if (!smooth->given()) {
+    if (args.ref.empty()) return app.Missing("--ref");
+    if (args.est.empty()) return app.Missing("--est");
   }
   args.options.max_gap = gw::DurationFromSeconds(args.max_gap_s);
   args.options.max_diff = gw::DurationFromSeconds(args.max_diff_s);
   args.options.rpe_delta = gw::DurationFromSeconds(args.rpe_delta_s);
-  const auto done = smooth->parsed() ? gw::eval::RunSmooth(smooth_args) : gw::eval::Run(args);
+  const auto done = smooth->given() ? gw::eval::RunSmooth(smooth_args) : gw::eval::Run(args);
   if (done) return gw::kExitOk;
   std::fprintf(stderr, "%s\n", done.error().message.c_str());
   return gw::ExitCodeFor(done.error());

@@ -55,25 +55,25 @@ void Print(const Smoothed& smoothed, size_t samples) {
 
 }  // namespace
 
-CLI::App* AddSmoothCommand(CLI::App* app, SmoothArguments* args) {
-  CLI::App* const sub = app->add_subcommand(
+cli::Command* AddSmoothCommand(cli::Command* app, SmoothArguments* args) {
+  cli::Command* const sub = app->AddCommand(
       "smooth",
       "smooths a noisy trajectory, such as ground truth of a LiDAR at 10 Hz, with a B-spline on\n"
       "SE(3); prints how well each sample is foretold by the others (leave one out)");
-  sub->add_option("input", args->in, "TUM file, or LCM log (.lcm) with ground truth")->required();
-  sub->add_option("--out", args->out, "smooth trajectory to write: TUM file")->required();
-  sub->add_option("--rate", args->rate_hz, "Hz; of the poses that are written")
-      ->capture_default_str()
-      ->check(CLI::Range(0.1, 10000.0));
-  sub->add_option("--knots", args->spacing_s,
-                  "s between knots (the one that foretells left out samples best)")
-      ->check(CLI::Range(1e-3, 1e3));
-  CLI::Option* const gyro =
-      sub->add_option("--gyro", args->gyro, "LCM log whose gyro is used as well");
-  CLI::Option* const config =
-      sub->add_option("--config", args->config, "robot configuration of that log");
-  gyro->needs(config);
-  config->needs(gyro);
+  sub->AddOption("input", args->in, "TUM file, or LCM log (.lcm) with ground truth")->Required();
+  sub->AddOption("--out", args->out, "smooth trajectory to write: TUM file")->Required();
+  sub->AddOption("--rate", args->rate_hz, "Hz; of the poses that are written")
+      ->ShowDefault()
+      ->InRange(0.1, 10000.0);
+  sub->AddOption("--knots", args->spacing_s,
+                 "s between knots (the one that foretells left out samples best)")
+      ->InRange(1e-3, 1e3);
+  cli::Option* const gyro =
+      sub->AddOption("--gyro", args->gyro, "LCM log whose gyro is used as well");
+  cli::Option* const config =
+      sub->AddOption("--config", args->config, "robot configuration of that log");
+  gyro->Needs(config);
+  config->Needs(gyro);
   return sub;
 }
 

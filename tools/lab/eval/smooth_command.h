@@ -1,9 +1,9 @@
 // gw-eval smooth: a smooth way through a noisy trajectory, at a higher rate.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/core/result.h"
 
 namespace gw::eval {
@@ -17,7 +17,7 @@ struct SmoothArguments {
 };
 
 // The subcommand with its options.
-CLI::App* AddSmoothCommand(CLI::App* app, SmoothArguments* args);
+cli::Command* AddSmoothCommand(cli::Command* app, SmoothArguments* args);
 
 // Prints the leave-one-out residual for every spacing that was tried; writes the smooth trajectory.
 Result<Done> RunSmooth(const SmoothArguments& args);

@@ -1,10 +1,9 @@
 // gw-nav-eval: how well a tour of gw-navigate was driven.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "tools/data/files/json.h"
 #include "tools/lab/nav_eval/closed_loop.h"
 
@@ -49,19 +48,13 @@ Result<Done> Run(const std::string& folder, const std::string& truth_path, bool 
 int main(int argc, char** argv) {
   std::string folder, truth;
   bool json = false;
-  CLI::App app(
+  gw::cli::Command app(
       "How well a tour was driven: accuracy and precision of the stops, est-RMSE, nav-RMSE.\n"
       "Exit: 0 ok, 1 files not usable, 2 usage.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("--record", folder, "folder that gw-navigate --record wrote")->required();
-  app.add_option("--truth", truth, "true poses in the map: TUM file, or LCM log (.lcm)")
-      ->required();
-  app.add_flag("--json", json, "print JSON");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? gw::kExitOk : gw::kExitUsage;
-  }
+  app.AddOption("--record", folder, "folder that gw-navigate --record wrote")->Required();
+  app.AddOption("--truth", truth, "true poses in the map: TUM file, or LCM log (.lcm)")->Required();
+  app.AddFlag("--json", json, "print JSON");
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   const auto done = gw::navigate::Run(folder, truth, json);
   if (done) return gw::kExitOk;
   std::fprintf(stderr, "gw-nav-eval: %s\n", done.error().message.c_str());

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "tools/data/files/json.h"
+
 namespace gw::plot {
 namespace {
 
@@ -80,11 +82,11 @@ Json FigureJson(const AnyFigure& figure) {
 }  // namespace
 
 Drawing Draw(const Figure& figure) {
-  return {RenderSvg(figure), FigureJson(figure)};
+  return {RenderSvg(figure), tools::JsonLine(FigureJson(figure))};
 }
 
 Drawing Draw(const BarFigure& figure) {
-  return {RenderBars(figure), FigureJson(figure)};
+  return {RenderBars(figure), tools::JsonLine(FigureJson(figure))};
 }
 
 }  // namespace gw::plot

@@ -4,7 +4,6 @@
 
 #include <string>
 
-#include "tools/data/files/json.h"
 #include "tools/lab/plot/bars.h"
 #include "tools/lab/plot/svg.h"
 
@@ -12,7 +11,7 @@ namespace gw::plot {
 
 struct Drawing {
   std::string svg;
-  tools::Json json;
+  std::string json;  // its text
 };
 
 Drawing Draw(const Figure& figure);

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "tools/data/files/json.h"
+
 namespace gw::plot {
 namespace {
 
@@ -18,13 +20,14 @@ TEST(Drawing, ValuesAreThoseOfTheFigureAndGapsAreNull) {
   figure.footer = {"log x"};
   const Drawing drawing = Draw(figure);
   EXPECT_EQ(drawing.svg, RenderSvg(figure));
-  const tools::Json& first = drawing.json["panels"][0];
+  const tools::Json json = tools::Json::parse(drawing.json);
+  const tools::Json& first = json["panels"][0];
   EXPECT_EQ(first["series"][0]["y"], (tools::Json{0.123457, nullptr, -1234570.0}));
   EXPECT_EQ(first["series"][0]["x"], (tools::Json{0, 1.0, 2.0}));
   EXPECT_EQ(first["y_range"], (tools::Json{-1.0, 2.0}));
   EXPECT_TRUE(first["x_range"].is_null());
   EXPECT_EQ(first["spans"][0]["x_end"], 1.5);
-  EXPECT_EQ(drawing.json["footer"][0], "log x");
+  EXPECT_EQ(json["footer"][0], "log x");
 }
 
 TEST(Drawing, ABarWithoutAValueIsNull) {
@@ -35,7 +38,8 @@ TEST(Drawing, ABarWithoutAValueIsNull) {
   figure.panels = {panel};
   const Drawing drawing = Draw(figure);
   EXPECT_EQ(drawing.svg, RenderBars(figure));
-  const tools::Json& first = drawing.json["panels"][0];
+  const tools::Json json = tools::Json::parse(drawing.json);
+  const tools::Json& first = json["panels"][0];
   EXPECT_EQ(first["bars"][0]["value"], 0.5);
   EXPECT_TRUE(first["bars"][1]["value"].is_null());
   EXPECT_EQ(first["marker"], 0.7);

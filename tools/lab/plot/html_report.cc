@@ -1,6 +1,7 @@
 #include "tools/lab/plot/html_report.h"
 
 #include "common/core/version.h"
+#include "tools/data/files/json.h"
 #include "tools/view/report/report_page.h"
 
 namespace gw::plot {

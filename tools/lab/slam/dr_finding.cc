@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tools/data/files/format.h"
+#include "tools/data/files/json.h"
 
 namespace gw::tools {
 

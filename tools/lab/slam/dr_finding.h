@@ -6,7 +6,7 @@
 
 #include "common/core/time.h"
 #include "dr_ekf/core/dr_diagnosis.h"
-#include "tools/data/files/json.h"
+#include "tools/data/files/json_fwd.h"
 
 namespace gw::tools {
 

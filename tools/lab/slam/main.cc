@@ -2,7 +2,6 @@
 
 #include <sys/resource.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -12,9 +11,9 @@
 #include <string>
 
 #include "backend/journal/journal.h"
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "common/wire/channels.h"
 #include "tools/data/files/text_file.h"
 #include "tools/lab/slam/dr_report.h"
@@ -236,46 +235,45 @@ int Run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   gw::tools::Arguments arguments;
-  CLI::App app(
+  gw::cli::Command app(
       "One log in, trajectory, keyframes, per-frame table and report out. Same binary, log and "
       "configuration give the same bytes.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("log", arguments.log, "LCM event log")->required();
-  app.add_option("--config", arguments.config, "robot YAML")->required();
-  app.add_option("--out", arguments.out, "folder for the results")->required();
-  app.add_option(
-      "--variant", arguments.variant,
-      "where dead reckoning enters: none, da, pe, lba, full, switch, fixed:ALPHA; default: "
-      "as the YAML says");
-  app.add_option("--seed", arguments.seed,
-                 "perturbs the start: the first 3 * SEED images are dropped (default 0: none)")
-      ->check(CLI::Range(0, 1000));
-  app.add_option("--laps", arguments.laps,
-                 "the log so many times in one run, the map kept (default 1)")
-      ->check(CLI::Range(1, 1000));
-  app.add_option("--map-in", arguments.map_in, "begin with the map in this folder");
-  app.add_option("--map-out", arguments.map_out, "write the map of the end into this new folder");
-  app.add_option("--grid", arguments.grid,
-                 "also make the floor map: map.yaml and map.pgm into this folder; with --map-out "
-                 "saved there too");
-  CLI::Option* const dr_only = app.add_flag(
+  app.AddOption("log", arguments.log, "LCM event log")->Required();
+  app.AddOption("--config", arguments.config, "robot YAML")->Required();
+  app.AddOption("--out", arguments.out, "folder for the results")->Required();
+  gw::cli::Option* const dr_only = app.AddFlag(
       "--dr-only", arguments.dr_only,
       "dead reckoning alone, no image is read: dr.tum, raw_wheels.tum (the wheels' own sum), "
       "dr_covariance.csv, report.json, and a verdict");
-  app.add_flag("--localize-only", arguments.localize_only,
-               "never change the map of --map-in: no keyframes are made");
-  app.add_option("--timing", arguments.timing,
-                 "write the front-end's time per image to this CSV file; differs between runs");
-  app.add_option("--frame", arguments.frame, "pose in the trajectories: body or camera")
-      ->check(CLI::IsMember({"body", "camera"}));
-  for (const char* other : {"--variant", "--seed", "--laps", "--map-in", "--map-out",
-                            "--localize-only", "--timing", "--grid"}) {
-    dr_only->excludes(app.get_option(other));
-  }
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? gw::kExitOk : gw::kExitUsage;
-  }
+  app.AddOption(
+         "--variant", arguments.variant,
+         "where dead reckoning enters: none, da, pe, lba, full, switch, fixed:ALPHA; default: "
+         "as the YAML says")
+      ->Excludes(dr_only);
+  app.AddOption("--seed", arguments.seed,
+                "perturbs the start: the first 3 * SEED images are dropped (default 0: none)")
+      ->InRange(0, 1000)
+      ->Excludes(dr_only);
+  app.AddOption("--laps", arguments.laps,
+                "the log so many times in one run, the map kept (default 1)")
+      ->InRange(1, 1000)
+      ->Excludes(dr_only);
+  app.AddOption("--map-in", arguments.map_in, "begin with the map in this folder")
+      ->Excludes(dr_only);
+  app.AddOption("--map-out", arguments.map_out, "write the map of the end into this new folder")
+      ->Excludes(dr_only);
+  app.AddOption("--grid", arguments.grid,
+                "also make the floor map: map.yaml and map.pgm into this folder; with --map-out "
+                "saved there too")
+      ->Excludes(dr_only);
+  app.AddFlag("--localize-only", arguments.localize_only,
+              "never change the map of --map-in: no keyframes are made")
+      ->Excludes(dr_only);
+  app.AddOption("--timing", arguments.timing,
+                "write the front-end's time per image to this CSV file; differs between runs")
+      ->Excludes(dr_only);
+  app.AddOption("--frame", arguments.frame, "pose in the trajectories: body or camera")
+      ->OneOf({"body", "camera"});
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   return arguments.dr_only ? gw::tools::RunDeadReckoning(arguments) : gw::tools::Run(arguments);
 }

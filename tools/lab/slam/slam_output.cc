@@ -10,6 +10,7 @@
 #include "common/core/version.h"
 #include "tools/data/files/format.h"
 #include "tools/data/files/hash_file.h"
+#include "tools/data/files/json.h"
 #include "tools/data/files/text_file.h"
 
 namespace gw::tools {

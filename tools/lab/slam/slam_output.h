@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/config/robot_config.h"
-#include "tools/data/files/json.h"
+#include "tools/data/files/json_fwd.h"
 #include "tools/lab/slam/laps.h"
 #include "tools/lab/slam/slam_session.h"
 

@@ -28,14 +28,13 @@ struct SpanResult {
 
 class AlphaSweepStudy : public Study {
  public:
-  void AddOptions(CLI::App& app) override {
-    app.add_option("log", log_, "LCM event log with ground truth")->required();
-    app.add_option("--config", config_, "robot YAML")->required();
-    app.add_option("--weak", weak_, "T0:T1, s from the begin: a span that is tracked poorly")
-        ->required();
-    app.add_option("--well", well_, "T0:T1: a span that is tracked well")->required();
-    app.add_option("--runs", runs_, "with perturbed starts, seeds 0, 1, ... (5)")
-        ->check(CLI::Range(1, 100));
+  void AddOptions(cli::Command& app) override {
+    app.AddOption("log", log_, "LCM event log with ground truth")->Required();
+    app.AddOption("--config", config_, "robot YAML")->Required();
+    app.AddOption("--weak", weak_, "T0:T1, s from the begin: a span that is tracked poorly")
+        ->Required();
+    app.AddOption("--well", well_, "T0:T1: a span that is tracked well")->Required();
+    app.AddOption("--runs", runs_, "with perturbed starts, seeds 0, 1, ... (5)")->InRange(1, 100);
   }
 
   Result<StudyFiles> Run() override {

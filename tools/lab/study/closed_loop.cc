@@ -144,16 +144,16 @@ StudyFiles Render(const std::vector<Trial>& trials, const std::string& scenario)
 
 class ClosedLoopStudy : public Study {
  public:
-  void AddOptions(CLI::App& app) override {
-    app.add_option("ways", ways_, "files of waypoint indices, one drive each (gw-navigate --path)")
-        ->required();
-    app.add_option("--scenario", scenario_, "of gw-sim")->required();
-    app.add_option("--map", map_, "floor map: map.yaml")->required();
-    app.add_option("--waypoints", waypoints_, "its waypoints")->required();
-    app.add_option("--trials", trials_,
-                   "folder of the drives' records; one that is there is not driven again")
-        ->required();
-    app.add_option("--demo", demo_, "the script that starts the processes")->capture_default_str();
+  void AddOptions(cli::Command& app) override {
+    app.AddOption("ways", ways_, "files of waypoint indices, one drive each (gw-navigate --path)")
+        ->Required();
+    app.AddOption("--scenario", scenario_, "of gw-sim")->Required();
+    app.AddOption("--map", map_, "floor map: map.yaml")->Required();
+    app.AddOption("--waypoints", waypoints_, "its waypoints")->Required();
+    app.AddOption("--trials", trials_,
+                  "folder of the drives' records; one that is there is not driven again")
+        ->Required();
+    app.AddOption("--demo", demo_, "the script that starts the processes")->ShowDefault();
   }
 
   Result<StudyFiles> Run() override {

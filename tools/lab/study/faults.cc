@@ -39,18 +39,18 @@ class FaultStudy : public Study {
  public:
   explicit FaultStudy(FaultMatrix matrix) : matrix_(matrix) {}
 
-  void AddOptions(CLI::App& app) override {
-    app.add_option("log", log_, "LCM event log with ground truth")->required();
-    app.add_option("--config", config_, "robot YAML")->required();
-    app.add_option("--faults", names_, "some of them, separated by commas (all)")->delimiter(',');
-    app.add_option("--from", from_s_,
-                   "s since the begin of the log: faults begin then, and none of the configuration "
-                   "are tried (0: from the begin)")
-        ->check(CLI::NonNegativeNumber);
-    app.add_option("--runs", runs_, "seeds of each (1)")->check(CLI::Range(1, 100));
-    app.add_option("--align", alignment_, "se3 (default), yaw: for a way along a line")
-        ->transform(CLI::CheckedTransformer(std::map<std::string, eval::Alignment>{
-            {"se3", eval::Alignment::kSe3}, {"yaw", eval::Alignment::kYaw}}));
+  void AddOptions(cli::Command& app) override {
+    app.AddOption("log", log_, "LCM event log with ground truth")->Required();
+    app.AddOption("--config", config_, "robot YAML")->Required();
+    app.AddOption("--faults", names_, "some of them, separated by commas (all)")->Separator(',');
+    app.AddOption("--from", from_s_,
+                  "s since the begin of the log: faults begin then, and none of the configuration "
+                  "are tried (0: from the begin)")
+        ->NotNegative();
+    app.AddOption("--runs", runs_, "seeds of each (1)")->InRange(1, 100);
+    app.AddChoice<eval::Alignment>("--align", alignment_,
+                                   {{"se3", eval::Alignment::kSe3}, {"yaw", eval::Alignment::kYaw}},
+                                   "se3 (default), yaw: for a way along a line");
   }
 
   Result<StudyFiles> Run() override {

@@ -35,11 +35,10 @@ struct Repeat {
 
 class LatencyStudy : public Study {
  public:
-  void AddOptions(CLI::App& app) override {
-    app.add_option("log", log_, "LCM event log with ground truth")->required();
-    app.add_option("--config", config_, "robot YAML")->required();
-    app.add_option("--repeats", repeats_, "how often the log is run (3)")
-        ->check(CLI::Range(1, 100));
+  void AddOptions(cli::Command& app) override {
+    app.AddOption("log", log_, "LCM event log with ground truth")->Required();
+    app.AddOption("--config", config_, "robot YAML")->Required();
+    app.AddOption("--repeats", repeats_, "how often the log is run (3)")->InRange(1, 100);
   }
 
   Result<StudyFiles> Run() override {

@@ -212,27 +212,27 @@ std::string SecondsText(const std::optional<DurationUs>& duration) {
 
 class LocalizeStudy : public Study {
  public:
-  void AddOptions(CLI::App& app) override {
-    app.add_option("map_log", map_log_, "LCM event log with ground truth: the drive that maps")
-        ->required();
-    app.add_option("log", log_,
-                   "another drive in the same building, its ground truth in the same frame")
-        ->required();
-    app.add_option("--config", config_, "robot YAML of both")->required();
-    app.add_option("--map", map_,
-                   "folder that gw-slam --map-out made of map_log, in place of making the map")
-        ->check(CLI::ExistingDirectory);
-    app.add_option("--starts", plan_.starts,
-                   "starts with a mapped view in sight, and as many with none (50)")
-        ->check(CLI::Range(0, 10000));
-    app.add_option("--carries", plan_.carries,
-                   "times that the robot is carried to a mapped view, and as many to none (20)")
-        ->check(CLI::Range(0, 10000));
-    app.add_option("--seconds", seconds_, "that a trial lasts when the place is not found (20)")
-        ->check(CLI::Range(10.0, 600.0));
-    app.add_option("--seed", plan_.seed, "of the draws (1)");
-    app.add_flag("--localize-only", localize_only_,
-                 "the map stays as it is; otherwise it grows in each trial, from the same begin");
+  void AddOptions(cli::Command& app) override {
+    app.AddOption("map_log", map_log_, "LCM event log with ground truth: the drive that maps")
+        ->Required();
+    app.AddOption("log", log_,
+                  "another drive in the same building, its ground truth in the same frame")
+        ->Required();
+    app.AddOption("--config", config_, "robot YAML of both")->Required();
+    app.AddOption("--map", map_,
+                  "folder that gw-slam --map-out made of map_log, in place of making the map")
+        ->ExistingFolder();
+    app.AddOption("--starts", plan_.starts,
+                  "starts with a mapped view in sight, and as many with none (50)")
+        ->InRange(0, 10000);
+    app.AddOption("--carries", plan_.carries,
+                  "times that the robot is carried to a mapped view, and as many to none (20)")
+        ->InRange(0, 10000);
+    app.AddOption("--seconds", seconds_, "that a trial lasts when the place is not found (20)")
+        ->InRange(10.0, 600.0);
+    app.AddOption("--seed", plan_.seed, "of the draws (1)");
+    app.AddFlag("--localize-only", localize_only_,
+                "the map stays as it is; otherwise it grows in each trial, from the same begin");
   }
 
   Result<StudyFiles> Run() override {

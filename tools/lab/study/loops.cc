@@ -81,12 +81,11 @@ struct LoopsResult {
 
 class LoopsStudy : public Study {
  public:
-  void AddOptions(CLI::App& app) override {
-    app.add_option("log", log_, "LCM event log with ground truth")->required();
-    app.add_option("--config", config_, "robot YAML")->required();
-    app.add_option("--seed", seed_, "start that many times 0.1 s later (0)")
-        ->check(CLI::Range(0, 1000));
-    app.add_option("--variant", variant_, "as in gw-slam (full)");
+  void AddOptions(cli::Command& app) override {
+    app.AddOption("log", log_, "LCM event log with ground truth")->Required();
+    app.AddOption("--config", config_, "robot YAML")->Required();
+    app.AddOption("--seed", seed_, "start that many times 0.1 s later (0)")->InRange(0, 1000);
+    app.AddOption("--variant", variant_, "as in gw-slam (full)");
   }
 
   Result<StudyFiles> Run() override {

@@ -1,13 +1,12 @@
 // gw-study: the figures of Du, Peng, Vela, "Good Weights", arXiv 2509.22910, localisation in a map,
 // its loops, and faults, one command each.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "common/cli/command.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "tools/lab/study/study.h"
 
 namespace gw::study {
@@ -33,29 +32,26 @@ constexpr Command kCommands[] = {
 };
 
 int Main(int argc, char** argv) {
-  CLI::App app(
+  cli::Command app(
       "The paper's studies, localisation in a map, its loops, and faults. Each writes NAME.md, "
       "NAME.csv,\n"
       "NAME.svg and the report of all, NAME.html, and prints the first.\n"
       "Exit: 0 ok, 1 failed, 2 usage, 78 bad configuration.");
-  app.set_version_flag("--version", Version());
-  app.require_subcommand(1);
+  app.RequireCommands(1, 1);
   std::string out;
   std::vector<std::unique_ptr<Study>> studies;
+  std::vector<cli::Command*> commands;
   for (const Command& command : kCommands) {
-    CLI::App* const sub = app.add_subcommand(command.name, command.help);
-    sub->add_option("--out", out, "folder for the files")->required();
+    cli::Command* const sub = app.AddCommand(command.name, command.help);
+    sub->AddOption("--out", out, "folder for the files")->Required();
+    commands.push_back(sub);
     studies.push_back(command.make());
     studies.back()->AddOptions(*sub);
   }
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
-  }
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   for (size_t i = 0; i < studies.size(); ++i) {
     const Command& command = kCommands[i];
-    if (!app.got_subcommand(command.name)) continue;
+    if (!commands[i]->given()) continue;
     const auto files = studies[i]->Run();
     const Result<Done> done =
         files ? WriteStudy(out, command.name, *files) : Result<Done>(files.error());

@@ -34,9 +34,9 @@ constexpr Axis kAxes[] = {
 
 class QualityStudy : public Study {
  public:
-  void AddOptions(CLI::App& app) override {
-    app.add_option("logs", logs_, "LCM event logs with ground truth")->required();
-    app.add_option("--config", configs_, "robot YAML, once or once per log")->required();
+  void AddOptions(cli::Command& app) override {
+    app.AddOption("logs", logs_, "LCM event logs with ground truth")->Required();
+    app.AddOption("--config", configs_, "robot YAML, once or once per log")->Required();
   }
 
   Result<StudyFiles> Run() override {

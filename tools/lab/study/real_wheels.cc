@@ -75,17 +75,17 @@ std::string Number(const std::optional<double>& value, int decimals) {
 
 class RealWheelsStudy : public Study {
  public:
-  void AddOptions(CLI::App& app) override {
-    app.add_option("recordings", folders_,
-                   "folders with the way of a robot and its odometry: groundtruth.txt and odom.txt "
-                   "(OpenLORIS), or laser_pose.txt and odom_raw.txt (CARMEN)")
-        ->required();
-    app.add_option(
+  void AddOptions(cli::Command& app) override {
+    app.AddOption("recordings", folders_,
+                  "folders with the way of a robot and its odometry: groundtruth.txt and odom.txt "
+                  "(OpenLORIS), or laser_pose.txt and odom_raw.txt (CARMEN)")
+        ->Required();
+    app.AddOption(
            "--scenario", scenario_,
            "of gw-sim: camera, walls, what is hard on the way (config/scenarios/real_wheels.yaml)")
-        ->required();
-    app.add_option("--logs", logs_, "folder for the logs; what is there is used again")->required();
-    app.add_option("--seed", seed_, "start of the runs (0)")->check(CLI::Range(0, 100));
+        ->Required();
+    app.AddOption("--logs", logs_, "folder for the logs; what is there is used again")->Required();
+    app.AddOption("--seed", seed_, "start of the runs (0)")->InRange(0, 100);
   }
 
   Result<StudyFiles> Run() override {

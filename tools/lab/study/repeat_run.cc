@@ -35,14 +35,13 @@ struct VariantResult {
 
 class RepeatRunStudy : public Study {
  public:
-  void AddOptions(CLI::App& app) override {
-    app.add_option("log", log_, "LCM event log with ground truth")->required();
-    app.add_option("--config", config_, "robot YAML")->required();
-    app.add_option("--laps", laps_, "how often the log is driven in a row (3)")
-        ->check(CLI::Range(2, 100));
-    app.add_option("--seeds", seeds_, "runs per variant, of which the medians are shown (1)")
-        ->check(CLI::Range(1, 100));
-    app.add_option("--variants", variants_, "which (da pe lba full), as in gw-slam --variant");
+  void AddOptions(cli::Command& app) override {
+    app.AddOption("log", log_, "LCM event log with ground truth")->Required();
+    app.AddOption("--config", config_, "robot YAML")->Required();
+    app.AddOption("--laps", laps_, "how often the log is driven in a row (3)")->InRange(2, 100);
+    app.AddOption("--seeds", seeds_, "runs per variant, of which the medians are shown (1)")
+        ->InRange(1, 100);
+    app.AddOption("--variants", variants_, "which (da pe lba full), as in gw-slam --variant");
   }
 
   Result<StudyFiles> Run() override {

@@ -1,9 +1,9 @@
 // The table of studies: one line per subcommand of gw-study, one file per study.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 
+#include "common/cli/command.h"
 #include "tools/lab/study/experiment.h"
 
 namespace gw::study {
@@ -12,7 +12,7 @@ class Study {
  public:
   virtual ~Study() = default;
   // The study's own arguments; --out is there already.
-  virtual void AddOptions(CLI::App& app) = 0;
+  virtual void AddOptions(cli::Command& app) = 0;
   // After parsing. Progress goes to stderr.
   virtual Result<StudyFiles> Run() = 0;
 };

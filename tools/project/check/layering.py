@@ -17,6 +17,7 @@ SHELLS = ["common"]
 LAYERS = {
     "common/core": ([], VALUES),
     "common/camera": (["common/core"], VALUES),
+    "common/cli": (["common/core"], VALUES),
     "common/contract": (["common/core"], VALUES),
     "common/config": (["common/core", "common/camera"], r"lcm/|opencv2/|ceres/|thread|chrono"),
     "common/vision": (["common/core", "common/camera", "common/contract"], PURE),

@@ -1,14 +1,13 @@
 // gw-calibrate-stereo: refines the right eye of a stereo camera from a recording in which it moves.
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/config/writer.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "common/process/event_log.h"
 #include "common/wire/channels.h"
 #include "common/wire/wire.h"
@@ -99,21 +98,15 @@ int Run(const std::string& log, const std::string& config_in, const std::string&
 
 int main(int argc, char** argv) {
   std::string log, config_in, config_out;
-  CLI::App app(
+  gw::cli::Command app(
       "Refines the calibration of a stereo camera's right eye from a log in which the camera "
       "moves\n"
       "past textured things at several distances. The left eye and the baseline stay as given.\n"
       "Exit: 0 ok, 1 the log cannot be read or does not determine it, 2 usage, 78 bad "
       "configuration.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("log", log, "LCM event log with stereo CAMERA messages")->required();
-  app.add_option("--config", config_in, "robot YAML with the calibration to start from")
-      ->required();
-  app.add_option("--config-out", config_out, "robot YAML to write")->required();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? gw::kExitOk : gw::kExitUsage;
-  }
+  app.AddOption("log", log, "LCM event log with stereo CAMERA messages")->Required();
+  app.AddOption("--config", config_in, "robot YAML with the calibration to start from")->Required();
+  app.AddOption("--config-out", config_out, "robot YAML to write")->Required();
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   return gw::tools::Run(log, config_in, config_out);
 }

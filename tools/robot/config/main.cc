@@ -1,13 +1,12 @@
 // gw-config: checks, prints and explains robot configurations.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/config/reference.h"
 #include "common/config/writer.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 
 namespace {
 
@@ -23,20 +22,15 @@ int main(int argc, char** argv) {
   std::string effective;
   std::string brief;
   bool doc = false;
-  CLI::App app(
+  gw::cli::Command app(
       "Checks, prints and explains robot configurations.\n"
       "Exit: 0 ok, 1 file not readable, 2 usage, 78 bad configuration.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("--check", check, "report every mistake of this YAML file");
-  app.add_option("--effective", effective, "print this file with every default filled in");
-  app.add_option("--short", brief, "print this file without what equals the default");
-  app.add_flag("--doc", doc, "print the reference of all keys (Markdown)");
-  app.require_option(1);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? gw::kExitOk : gw::kExitUsage;
-  }
+  app.AddOption("--check", check, "report every mistake of this YAML file");
+  app.AddOption("--effective", effective, "print this file with every default filled in");
+  app.AddOption("--short", brief, "print this file without what equals the default");
+  app.AddFlag("--doc", doc, "print the reference of all keys (Markdown)");
+  app.RequireOptions(1);
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   if (doc) {
     std::fputs(gw::ConfigReference().c_str(), stdout);
     return gw::kExitOk;

@@ -1,10 +1,9 @@
 // gw-monitor: watches the processes on the bus until SIGINT or SIGTERM, then writes what it saw.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "common/process/bus.h"
 #include "common/process/loop.h"
 #include "tools/robot/monitor/monitor.h"
@@ -52,16 +51,12 @@ int Run(const std::string& url, const std::string& folder) {
 int main(int argc, char** argv) {
   std::string url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
   std::string folder;
-  CLI::App app("Watches a running system: poses, latency, losses, health. Ends with SIGINT.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("--lcm-url", url, "bus");
-  app.add_option(
+  gw::cli::Command app(
+      "Watches a running system: poses, latency, losses, health. Ends with SIGINT.");
+  app.AddOption("--lcm-url", url, "bus");
+  app.AddOption(
       "--out", folder,
       "folder for trajectory.tum, frames.csv, pose_times.csv, health.csv, ground_truth.tum");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? gw::kExitOk : gw::kExitUsage;
-  }
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   return gw::tools::Run(url, folder);
 }

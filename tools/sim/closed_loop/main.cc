@@ -1,5 +1,4 @@
 // gw-closed-loop: drives of a simulated robot on the whole system, in lockstep.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -7,8 +6,8 @@
 #include <numbers>
 #include <string>
 
+#include "common/cli/command.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "grid/core/floor_image.h"
 #include "grid/files/map_server.h"
 #include "tools/lab/nav_eval/closed_loop.h"
@@ -282,37 +281,31 @@ Result<Done> Run(const Arguments& a) {
 
 int main(int argc, char** argv) {
   gw::sim::Arguments a;
-  CLI::App app(
+  gw::cli::Command app(
       "Drives of a simulated robot on the whole system, in lockstep and without a bus: the same "
       "scenario gives the same drive, however busy the machine is. Prints and writes drive.json.\n"
       "Exit: 0 ok (also when stops were not reached), 1 failed, 2 usage, 78 bad scenario.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("--scenario", a.scenario, "what happens (YAML, config/scenarios)")->required();
-  app.add_option("--out", a.out, "folder for the records")->required();
-  app.add_option("--map", a.map, "map.yaml of the building, in place of the scenario's");
-  app.add_option("--waypoints", a.waypoints, "lines `index x y theta`");
-  app.add_option("--path", a.path, "indices of waypoints to visit, one a line");
-  app.add_option("--seed", a.seed, "in place of the scenario's")->check(CLI::PositiveNumber);
-  app.add_option("--threads", a.threads, "that render")->check(CLI::Range(1, 64));
-  app.add_option("--boxes", a.boxes,
-                 "so many boxes in the way that the map does not have (with --own-grid: in a "
-                 "third drive, like the second)")
-      ->check(CLI::Range(0, 50));
-  app.add_flag("--explore", a.explore,
-               "explore the building in the first drive, in place of the tour; leaves the floor "
-               "map in OUT/grid");
-  app.add_flag("--own-grid", a.own_grid,
-               "then a second drive, on the floor map and in the map that the first one made");
-  app.add_flag("--truth", a.truth, "drive on the true pose");
-  app.add_flag("--jumps", a.jumps, "make corrections of POSE at once");
-  app.add_option("--rate-factor", a.rate_factor, "on the rates of corrections of POSE")
-      ->check(CLI::PositiveNumber);
-  app.add_flag("--no-obstacles", a.no_obstacles, "do not show obstacles to the navigator");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? gw::kExitOk : gw::kExitUsage;
-  }
+  app.AddOption("--scenario", a.scenario, "what happens (YAML, config/scenarios)")->Required();
+  app.AddOption("--out", a.out, "folder for the records")->Required();
+  app.AddOption("--map", a.map, "map.yaml of the building, in place of the scenario's");
+  app.AddOption("--waypoints", a.waypoints, "lines `index x y theta`");
+  app.AddOption("--path", a.path, "indices of waypoints to visit, one a line");
+  app.AddOption("--seed", a.seed, "in place of the scenario's")->Positive();
+  app.AddOption("--threads", a.threads, "that render")->InRange(1, 64);
+  app.AddOption("--boxes", a.boxes,
+                "so many boxes in the way that the map does not have (with --own-grid: in a "
+                "third drive, like the second)")
+      ->InRange(0, 50);
+  app.AddFlag("--explore", a.explore,
+              "explore the building in the first drive, in place of the tour; leaves the floor "
+              "map in OUT/grid");
+  app.AddFlag("--own-grid", a.own_grid,
+              "then a second drive, on the floor map and in the map that the first one made");
+  app.AddFlag("--truth", a.truth, "drive on the true pose");
+  app.AddFlag("--jumps", a.jumps, "make corrections of POSE at once");
+  app.AddOption("--rate-factor", a.rate_factor, "on the rates of corrections of POSE")->Positive();
+  app.AddFlag("--no-obstacles", a.no_obstacles, "do not show obstacles to the navigator");
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   const auto done = gw::sim::Run(a);
   if (done) return gw::kExitOk;
   std::fprintf(stderr, "gw-closed-loop: %s\n", done.error().message.c_str());

@@ -1,20 +1,20 @@
 // gw-report: watches a run on the bus and writes it down as an HTML page.
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <string>
 
 #include "common/camera/camera_model.h"
+#include "common/cli/command.h"
 #include "common/config/loader.h"
 #include "common/contract/tracking_names.h"
 #include "common/core/exit_code.h"
 #include "common/core/format.h"
-#include "common/core/version.h"
 #include "common/process/bus.h"
 #include "common/process/loop.h"
+#include "tools/data/files/json.h"
 #include "tools/sim/demo/report.h"
 #include "tools/sim/demo/run_recorder.h"
 #include "tools/view/report/report_page.h"
@@ -147,21 +147,16 @@ Result<Done> Run(const Arguments& args) {
 
 int main(int argc, char** argv) {
   gw::demo::Arguments args;
-  CLI::App app(
+  gw::cli::Command app(
       "Watches a run on the bus, with a line of progress; at SIGINT or SIGTERM writes it down as "
       "one "
       "HTML page and prints where.\nExit: 0 ok, 1 failed, 2 usage, 78 bad configuration.");
-  app.set_version_flag("--version", gw::Version());
-  app.add_option("--config", args.config, "robot YAML")->required();
-  app.add_option("--out", args.out, "HTML file to write")->required();
-  app.add_option("--map", args.map, "map.yaml of map_server to draw below; needs GROUND_TRUTH");
-  app.add_option("--record", args.record, "folder for what gw-monitor --out writes");
-  app.add_option("--lcm-url", args.lcm_url, "bus, instead of that of the configuration");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? gw::kExitOk : gw::kExitUsage;
-  }
+  app.AddOption("--config", args.config, "robot YAML")->Required();
+  app.AddOption("--out", args.out, "HTML file to write")->Required();
+  app.AddOption("--map", args.map, "map.yaml of map_server to draw below; needs GROUND_TRUTH");
+  app.AddOption("--record", args.record, "folder for what gw-monitor --out writes");
+  app.AddOption("--lcm-url", args.lcm_url, "bus, instead of that of the configuration");
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   const auto done = gw::demo::Run(args);
   if (done) return gw::kExitOk;
   std::fprintf(stderr, "gw-report: %s\n", done.error().message.c_str());

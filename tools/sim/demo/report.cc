@@ -12,6 +12,7 @@
 #include "common/core/format.h"
 #include "common/core/version.h"
 #include "frontend/core/features/orb_extractor.h"
+#include "tools/data/files/json.h"
 #include "tools/sim/demo/base64.h"
 #include "tools/sim/demo/charts.h"
 #include "tools/view/report/report_page.h"

@@ -9,7 +9,7 @@
 
 #include "common/config/frontend_config.h"
 #include "common/core/result.h"
-#include "tools/data/files/json.h"
+#include "tools/data/files/json_fwd.h"
 #include "tools/robot/floorplan/floor_map.h"
 #include "tools/robot/monitor/monitor.h"
 #include "tools/sim/demo/image_samples.h"

@@ -8,6 +8,7 @@
 #include "common/process/bus.h"
 #include "common/wire/channels.h"
 #include "common/wire/wire.h"
+#include "tools/data/files/json.h"
 #include "tools/sim/demo/base64.h"
 #include "tools/sim/demo/charts.h"
 #include "tools/sim/demo/run_recorder.h"

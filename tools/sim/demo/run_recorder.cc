@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/wire/channels.h"
+#include "tools/data/files/json.h"
 
 namespace gw::demo {
 namespace {

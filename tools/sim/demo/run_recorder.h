@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/process/bus.h"
-#include "tools/data/files/json.h"
+#include "tools/data/files/json_fwd.h"
 #include "tools/data/foxglove/translator.h"
 
 namespace gw::demo {

@@ -1,5 +1,4 @@
 // gw-sim: a robot in a world.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -10,9 +9,9 @@
 #include <string>
 #include <thread>
 
+#include "common/cli/command.h"
 #include "common/config/writer.h"
 #include "common/core/exit_code.h"
-#include "common/core/version.h"
 #include "common/process/bus.h"
 #include "common/process/clock.h"
 #include "common/process/event_log.h"
@@ -256,44 +255,38 @@ Result<Done> Run(const Arguments& a) {
 
 int Main(int argc, char** argv) {
   Arguments a;
-  CLI::App app(
+  cli::Command app(
       "A robot in a world: renders its camera, drives it and emits its sensors over LCM or into a "
       "log.\nExit: 0 ok, 1 failed, 2 usage, 78 bad scenario.");
-  app.set_version_flag("--version", Version());
-  app.add_option("--scenario", a.scenario, "what happens (YAML, config/scenarios)")->required();
-  app.add_option("--map", a.map, "map.yaml of map_server, in place of the scenario's");
-  app.add_option("--waypoints", a.waypoints, "lines `index x y theta`, in place of the scenario's");
-  app.add_option("--path", a.path, "indices of waypoints to visit, one a line");
-  app.add_option("--seed", a.seed, "in place of the scenario's");
-  app.add_option("--duration", a.duration, "end after this many seconds")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--log", a.log, "LCM log to write");
-  app.add_option("--config-out", a.config_out, "robot configuration (YAML) to write");
-  auto* plan_out = app.add_option("--plan-out", a.plan_out,
-                                  "folder for map.yaml and map.pgm of what was built: walls and "
-                                  "furniture between the robot's floor and its top");
+  app.AddOption("--scenario", a.scenario, "what happens (YAML, config/scenarios)")->Required();
+  app.AddOption("--map", a.map, "map.yaml of map_server, in place of the scenario's");
+  app.AddOption("--waypoints", a.waypoints, "lines `index x y theta`, in place of the scenario's");
+  app.AddOption("--path", a.path, "indices of waypoints to visit, one a line");
+  app.AddOption("--seed", a.seed, "in place of the scenario's");
+  app.AddOption("--duration", a.duration, "end after this many seconds")->Positive();
+  app.AddOption("--log", a.log, "LCM log to write");
+  app.AddOption("--config-out", a.config_out, "robot configuration (YAML) to write");
+  auto* plan_out = app.AddOption("--plan-out", a.plan_out,
+                                 "folder for map.yaml and map.pgm of what was built: walls and "
+                                 "furniture between the robot's floor and its top");
   auto* realtime =
-      app.add_flag("--realtime", a.realtime, "publish on LCM, at the pace of the clock");
-  app.add_flag("--fast", a.fast, "as fast as possible (default)")->excludes(realtime);
-  app.add_option("--lcm-url", a.lcm_url, "bus for --realtime");
-  app.add_option("--drive", a.drive, "path: follow the waypoints; external: obey BASE_COMMAND")
-      ->check(CLI::IsMember({"path", "external"}));
-  auto* trajectory = app.add_option("--trajectory", a.trajectory,
-                                    "recorded poses `t x y z qx qy qz qw` to render along; walls "
-                                    "are put around them unless --map is given");
+      app.AddFlag("--realtime", a.realtime, "publish on LCM, at the pace of the clock");
+  app.AddFlag("--fast", a.fast, "as fast as possible (default)")->Excludes(realtime);
+  app.AddOption("--lcm-url", a.lcm_url, "bus for --realtime");
+  app.AddOption("--drive", a.drive, "path: follow the waypoints; external: obey BASE_COMMAND")
+      ->OneOf({"path", "external"});
+  auto* trajectory = app.AddOption("--trajectory", a.trajectory,
+                                   "recorded poses `t x y z qx qy qz qw` to render along; walls "
+                                   "are put around them unless --map is given");
   auto* odometry =
-      app.add_option("--odometry", a.odometry, "the recorded robot's odometry, passed through");
-  trajectory->needs(odometry)->excludes(plan_out);
-  odometry->needs(trajectory);
-  app.add_option("--start-utime", a.start_utime,
-                 "stamp of the first instant, us (default: fixed; with --realtime, now)");
-  app.add_option("--threads", a.threads, "that render; the output does not depend on it")
-      ->check(CLI::Range(1, 64));
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
-  }
+      app.AddOption("--odometry", a.odometry, "the recorded robot's odometry, passed through");
+  trajectory->Needs(odometry)->Excludes(plan_out);
+  odometry->Needs(trajectory);
+  app.AddOption("--start-utime", a.start_utime,
+                "stamp of the first instant, us (default: fixed; with --realtime, now)");
+  app.AddOption("--threads", a.threads, "that render; the output does not depend on it")
+      ->InRange(1, 64);
+  if (const auto exit = app.Parse(argc, argv)) return *exit;
   if (a.drive == "external" && !a.realtime) {
     std::fprintf(stderr, "gw-sim: --drive external needs --realtime: commands come over LCM\n");
     return kExitUsage;

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "common/core/version.h"
+#include "tools/data/files/json.h"
 
 namespace gw::view {
 namespace {
@@ -50,11 +51,12 @@ Result<std::string> RenderReport(const std::string& page, const Report& report) 
   if (at == std::string::npos || page.find(kPlace, at + 1) != std::string::npos) {
     return Error{ErrorCode::kBadData, "report.html has no place for the data: build it again"};
   }
-  tools::Json facts = tools::Json::array();
+  tools::Json facts = tools::Json::array(), figures = tools::Json::array();
   for (const auto& [name, value] : report.facts) facts.push_back({name, value});
+  for (const std::string& figure : report.figures) figures.push_back(tools::Json::parse(figure));
   const tools::Json data = {{"title", report.title},       {"lead", report.lead},
                             {"version", Version()},        {"facts", std::move(facts)},
-                            {"messages", report.messages}, {"figures", report.figures},
+                            {"messages", report.messages}, {"figures", std::move(figures)},
                             {"markdown", report.markdown}};
   return page.substr(0, at) + ForScript(tools::JsonLine(data)) +
          page.substr(at + sizeof(kPlace) - 1);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/core/result.h"
-#include "tools/data/files/json.h"
+#include "tools/data/files/json_fwd.h"
 
 namespace gw::view {
 
@@ -21,7 +21,7 @@ struct Report {
   std::string lead;  // a paragraph below the title
   std::vector<std::pair<std::string, std::string>> facts;
   std::vector<tools::Json> messages;  // of a run: [topic of gw-view, message], as they came
-  std::vector<tools::Json> figures;   // plot::Drawing::json
+  std::vector<std::string> figures;   // plot::Drawing::json
   std::string markdown;               // text and tables, below
 };
 

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tools/data/files/json.h"
+
 namespace gw::view {
 namespace {
 

@@ -54,9 +54,10 @@ export class Health {
     }));
   }
 
-  takeLog(message) {
+  // One clock for all lines where they come live: stamps of a replay are of another day.
+  takeLog(message, received) {
     const item = document.createElement('li');
-    const time = new Date(1000 * message.timestamp.sec).toISOString().slice(11, 19);
+    const time = new Date(1000 * (received ?? message.timestamp.sec)).toISOString().slice(11, 19);
     item.textContent = `${time} ${message.name}: ${message.message}`;
     item.className = `level${message.level}`;
     this.log.prepend(item);

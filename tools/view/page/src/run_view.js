@@ -79,7 +79,7 @@ export class RunView {
       '/weights': (m) => this.takeWeights(m),
       '/error': (m) => this.charts.takeError(m),
       '/health': (m) => this.health.take(m),
-      '/log': (m) => this.health.takeLog(m),
+      '/log': (m, received) => this.health.takeLog(m, received),
     };
   }
 

@@ -79,7 +79,10 @@ export class SceneView {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    // Another size has emptied the canvas: it is drawn before it is shown.
     this.changed = true;
+    this.notBefore = 0;
+    this.draw();
   }
 
   // Only what has changed, and never more than half of the time: there are slow tablets.

@@ -5,6 +5,7 @@ import {STATUS_WITHOUT_DR, statusOf} from './status.js';
 export const ORDER = ['silent', 'failed', 'degraded', 'starting', 'remark', 'ok'];
 const QUIET_S = 1.5;   // without images or poses: they come ten times a second and more
 const RECENT_S = 30;
+const DR_FILTER = 'gw-dr-ekf';
 const LEAST_SHARE = 0.05;  // of the last images: a reason that is worth a word
 
 // A process that is well but has something to say counts as more than one that is well.
@@ -73,6 +74,10 @@ export class Verdict {
     const all = [...this.processes.values()].filter((m) => gradeOf(m) !== 'ok').sort(
         (a, b) => ORDER.indexOf(gradeOf(a)) - ORDER.indexOf(gradeOf(b)) || a.process.localeCompare(b.process));
     const worst = all[0];
+    // Where vision says no more than that dead reckoning is wrong, what its filter says of the cause comes first.
+    if (this.weights?.m.reason === 'dr_contradicts_vision') {
+      all.sort((a, b) => (b.process === DR_FILTER) - (a.process === DR_FILTER));
+    }
     this.line.parentElement.dataset.state = worst ? gradeOf(worst) : this.processes.size > 0 ? 'ok' : 'none';
     if (!worst) {
       this.line.textContent = this.processes.size > 0 ? 'all processes say that they are well' : 'no process heard yet';

@@ -26,12 +26,9 @@ constexpr double kMovedTurn = 0.02;  // rad: more than vision that stands still 
 constexpr double kNewest = 0.1;      // weight of an image in the mean over about a second
 constexpr int kWitnesses = 10;       // features that can speak for DR, or against it
 
-// own: the feature's own part of the covariance. What all features of an image have in common may
-// be one error of DR: it explains a residual, and is not counted against each of them.
-double LogLikelihood(const Eigen::Vector2d& residual, const Eigen::Matrix2d& own,
-                     const Eigen::Matrix2d& common) {
-  const double chi2 = residual.dot((own + common).inverse() * residual);
-  return -0.5 * (std::min(chi2, kMaxChi2) + std::log(own.determinant()));
+// chi2: of a residual, with this covariance.
+double LogLikelihood(double chi2, const Eigen::Matrix2d& cov) {
+  return -0.5 * (std::min(chi2, kMaxChi2) + std::log(cov.determinant()));
 }
 
 bool Moves(const SE3& T) {
@@ -127,10 +124,10 @@ void FixedInImage::Follow(Utime utime, const FeatureFrame& frame) {
   std::erase_if(tracks_, [&](const Track& t) { return utime - t.seen > kMaxMissing; });
 }
 
-double FixedInImage::WorldLikelihood(const Track& t, const SE3& T_0,
-                                     const Vector6d& variance) const {
+FixedInImage::Prediction FixedInImage::Predict(const Track& t, const SE3& T_0,
+                                               const Vector6d& variance) const {
   const Eigen::Vector3d p = T_0.inverse() * t.p_0;
-  if (!(p.z() > kNearest)) return -0.5 * kMaxChi2;
+  if (!(p.z() > kNearest)) return {-0.5 * kMaxChi2, -0.5 * kMaxChi2};
   const double s = pyramid_.Scale(t.level);
   const double iz = 1 / p.z();
   Eigen::Matrix<double, 2, 3> J;                           // d pixel / d p
@@ -140,9 +137,11 @@ double FixedInImage::WorldLikelihood(const Track& t, const SE3& T_0,
   J_T << -J, J * Skew(p);
   const double sigma_z = s * t.p_0.z() * t.p_0.z() / camera_.bf();
   const Eigen::Vector2d along = J * (T_0.rotation().inverse() * t.p_0) * (sigma_z / t.p_0.z());
-  return LogLikelihood(t.uv - camera_.Project(p),
-                       2 * s * s * Eigen::Matrix2d::Identity() + along * along.transpose(),
-                       J_T * variance.asDiagonal() * J_T.transpose());
+  const Eigen::Matrix2d own = 2 * s * s * Eigen::Matrix2d::Identity() + along * along.transpose();
+  const Eigen::Matrix2d cov = own + J_T * variance.asDiagonal() * J_T.transpose();
+  const Eigen::Vector2d residual = t.uv - camera_.Project(p);
+  const double chi2 = residual.dot(cov.inverse() * residual);
+  return {LogLikelihood(chi2, own), LogLikelihood(chi2, cov)};
 }
 
 std::optional<FixedInImage::Likelihoods> FixedInImage::Explain(const Track& t) const {
@@ -152,14 +151,17 @@ std::optional<FixedInImage::Likelihoods> FixedInImage::Explain(const Track& t) c
   const Eigen::Matrix2d own = 2 * s * s * Eigen::Matrix2d::Identity();
   const Vector6d variance = anchor->Variance();
   Likelihoods out;
-  out.neither = LogLikelihood(Eigen::Vector2d(1e6, 1e6), own, Eigen::Matrix2d::Zero());
-  out.fixed = LogLikelihood(t.uv - t.uv_0, own, Eigen::Matrix2d::Zero());
-  out.world = std::max({out.neither, WorldLikelihood(t, anchor->T, variance),
-                        WorldLikelihood(t, *anchor->T_late, variance),
-                        WorldLikelihood(t, anchor->T_first->inverse() * anchor->T, variance)});
+  out.neither = LogLikelihood(kMaxChi2, own);
+  out.fixed = LogLikelihood((t.uv - t.uv_0).dot(own.inverse() * (t.uv - t.uv_0)), own);
+  out.world = out.told = out.neither;
+  for (const SE3& T_0 : {anchor->T, *anchor->T_late, anchor->T_first->inverse() * anchor->T}) {
+    const Prediction dr = Predict(t, T_0, variance);
+    out.world = std::max(out.world, dr.fits);
+    out.told = std::max(out.told, dr.told);
+  }
   // Vision that does not move may be held by what stands still, and says nothing.
   if (anchor->T_seen && Moves(*anchor->T_seen)) {
-    out.seen = std::max(out.neither, WorldLikelihood(t, *anchor->T_seen, Vector6d::Zero()));
+    out.seen = std::max(out.neither, Predict(t, *anchor->T_seen, Vector6d::Zero()).told);
   }
   return out;
 }
@@ -171,8 +173,8 @@ bool FixedInImage::MovesAsDrSays(const std::vector<std::optional<Likelihoods>>& 
   for (const auto& l : explained) {
     if (!l) continue;
     const double seen = l->seen.value_or(l->fixed);
-    as_dr += l->world - std::max(l->fixed, seen) > kDecisiveLogOdds;
-    as_vision += seen - std::max(l->fixed, l->world) > kDecisiveLogOdds;
+    as_dr += l->told - std::max(l->fixed, seen) > kDecisiveLogOdds;
+    as_vision += seen - std::max(l->fixed, l->told) > kDecisiveLogOdds;
   }
   return as_dr > as_vision && as_dr >= at_least;
 }
@@ -180,7 +182,7 @@ bool FixedInImage::MovesAsDrSays(const std::vector<std::optional<Likelihoods>>& 
 FixedInImage::Vote FixedInImage::VoteOf(const Likelihoods& l) {
   const double moving = std::max(l.world, l.seen.value_or(l.world));
   if (l.fixed - moving > kDecisiveLogOdds) return Vote::kFixed;
-  if (l.world - l.fixed > kDecisiveLogOdds) return Vote::kWorld;
+  if (l.told - l.fixed > kDecisiveLogOdds) return Vote::kWorld;
   const bool as_vision_says = moving - std::max(l.fixed, l.world) > kDecisiveLogOdds;
   const bool no_way = l.fixed <= l.neither && l.world <= l.neither;
   return as_vision_says || no_way ? Vote::kNeither : Vote::kNone;

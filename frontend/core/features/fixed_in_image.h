@@ -80,7 +80,8 @@ class FixedInImage {
   // Logarithms of the likelihoods of where a track is now.
   struct Likelihoods {
     double fixed = 0;
-    double world = 0;            // it moves as DR says
+    double world = 0;            // it moves as DR says, if one allows for its noise
+    double told = 0;             // likewise, and DR could tell: the density of a prediction
     std::optional<double> seen;  // as vision says, where that moves
     double neither = 0;          // the least that any of them has
   };
@@ -121,7 +122,12 @@ class FixedInImage {
   static Vote VoteOf(const Likelihoods& likelihoods);
   bool Contradicted(const std::vector<Vote>& votes) const;
   void Learn(const Likelihoods& likelihoods, Track* track);
-  double WorldLikelihood(const Track& track, const SE3& T_0, const Vector6d& variance) const;
+  // What the noise of DR explains is one error for all features of an image: `fits` does not hold
+  // it against each of them. `told`: the density, which is low where DR could be anywhere.
+  struct Prediction {
+    double fits, told;
+  };
+  Prediction Predict(const Track& track, const SE3& T_0, const Vector6d& variance) const;
   double Share() const;
   void SetAnchor(Utime utime, const FeatureFrame& frame);
   void AnchorTrack(Track* track, const Feature& f) const;

@@ -218,10 +218,10 @@ void FixedInImage::Decide(bool dr_refuted) {
   for (size_t i = 0; i < tracks_.size(); ++i) {
     if (explained[i]) votes[i] = VoteOf(*explained[i]);
   }
-  const bool contradicted = Contradicted(votes);
+  const bool contradicted =
+      Contradicted(votes) || (dr_refuted && !MovesAsDrSays(explained, kWitnesses));
   contradicted_ += kNewest * ((contradicted ? 1 : 0) - contradicted_);
-  const bool believed =
-      !contradicted && contradicted_ < 0.5 && (!dr_refuted || MovesAsDrSays(explained, kWitnesses));
+  const bool believed = !contradicted && contradicted_ < 0.5;
   if (!any()) since_ = {std::numeric_limits<int64_t>::max()};
   num_fixed_ = 0;
   for (size_t i = 0; i < tracks_.size(); ++i) {

@@ -56,8 +56,6 @@ class Searcher {
     if (!rays_.LooksPast(view.place, frontier.middle)) return;
     view.way_m = way;
     view.unseen_m2 = rays_.UnseenFrom(view.place);
-    // Less than the robot covers is no way on.
-    if (view.unseen_m2 < search_.least_m * search_.least_m) return;
     view.value = ValueOf(view.unseen_m2, view.way_m);
     if (view.value > best->value) *best = view;
   }

@@ -1,7 +1,10 @@
 // gw-navigate: drives to the waypoints of a floor map, or explores the floor.
+#include <opencv2/core.hpp>
+
 #include "tools/robot/navigate/navigate_node.h"
 
 int main(int argc, char** argv) {
+  cv::setNumThreads(1);  // the other core is the front-end's
   gw::navigate::NavigateOptions o;
   return gw::process::RunProgram(
       argc, argv,

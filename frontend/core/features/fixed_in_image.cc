@@ -166,9 +166,9 @@ std::optional<FixedInImage::Likelihoods> FixedInImage::Explain(const Track& t) c
   return out;
 }
 
-// Where DR and vision disagree, those features that move say whose motion it is.
-bool FixedInImage::MovesAsDrSays(const std::vector<std::optional<Likelihoods>>& explained,
-                                 int at_least) {
+// Features that move as DR says, and neither as vision says nor not at all; 0 where as many move as
+// vision says, and not as DR does.
+int FixedInImage::WitnessesOfDr(const std::vector<std::optional<Likelihoods>>& explained) {
   int as_dr = 0, as_vision = 0;
   for (const auto& l : explained) {
     if (!l) continue;
@@ -176,7 +176,7 @@ bool FixedInImage::MovesAsDrSays(const std::vector<std::optional<Likelihoods>>& 
     as_dr += l->told - std::max(l->fixed, seen) > kDecisiveLogOdds;
     as_vision += seen - std::max(l->fixed, l->told) > kDecisiveLogOdds;
   }
-  return as_dr > as_vision && as_dr >= at_least;
+  return as_dr > as_vision ? as_dr : 0;
 }
 
 FixedInImage::Vote FixedInImage::VoteOf(const Likelihoods& l) {
@@ -209,7 +209,9 @@ bool FixedInImage::Contradicted(const std::vector<Vote>& votes) const {
 void FixedInImage::Decide(bool dr_refuted) {
   std::vector<std::optional<Likelihoods>> explained(tracks_.size());
   for (size_t i = 0; i < tracks_.size(); ++i) explained[i] = Explain(tracks_[i]);
-  if (MovesAsDrSays(explained, 1)) {
+  const int witnesses = WitnessesOfDr(explained);
+  if (witnesses > 0) {
+    // Vision is drawn along.
     for (auto& l : explained) {
       if (l) l->seen.reset();
     }
@@ -218,8 +220,7 @@ void FixedInImage::Decide(bool dr_refuted) {
   for (size_t i = 0; i < tracks_.size(); ++i) {
     if (explained[i]) votes[i] = VoteOf(*explained[i]);
   }
-  const bool contradicted =
-      Contradicted(votes) || (dr_refuted && !MovesAsDrSays(explained, kWitnesses));
+  const bool contradicted = Contradicted(votes) || (dr_refuted && witnesses < kWitnesses);
   contradicted_ += kNewest * ((contradicted ? 1 : 0) - contradicted_);
   const bool believed = !contradicted && contradicted_ < 0.5;
   if (!any()) since_ = {std::numeric_limits<int64_t>::max()};

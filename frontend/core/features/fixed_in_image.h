@@ -118,7 +118,7 @@ class FixedInImage {
   void Follow(Utime utime, const FeatureFrame& frame);
   void Decide(bool dr_refuted);
   std::optional<Likelihoods> Explain(const Track& track) const;
-  static bool MovesAsDrSays(const std::vector<std::optional<Likelihoods>>& explained, int at_least);
+  static int WitnessesOfDr(const std::vector<std::optional<Likelihoods>>& explained);
   static Vote VoteOf(const Likelihoods& likelihoods);
   bool Contradicted(const std::vector<Vote>& votes) const;
   void Learn(const Likelihoods& likelihoods, Track* track);

@@ -6,7 +6,7 @@
 namespace gw::frontend {
 
 std::optional<AnchorHistory::Since> AnchorHistory::At(
-    std::deque<Anchor>::const_iterator anchor) const {
+    const std::deque<Anchor>::const_iterator& anchor) const {
   if (anchor == anchors_.end()) return std::nullopt;
   return Since{anchor->utime, anchor->T_WO, anchor->cov_T_WC,
                static_cast<int>(anchors_.end() - anchor) - 1};

@@ -41,7 +41,7 @@ class AnchorHistory {
     SE3 T_WO;
     Matrix6d cov_T_WC;
   };
-  std::optional<Since> At(std::deque<Anchor>::const_iterator anchor) const;
+  std::optional<Since> At(const std::deque<Anchor>::const_iterator& anchor) const;
 
   std::deque<Anchor> anchors_;
 };

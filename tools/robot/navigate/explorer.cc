@@ -82,7 +82,7 @@ Driver::Output Explorer::Update(Utime now) {
   }
   Output moved = navigator_.Update(now);
   out.speed = moved.speed;
-  for (Event& event : moved.events) TakeEvent(now, std::move(event), &out);
+  for (const Event& event : moved.events) TakeEvent(now, event, &out);
   if (finished() || !pose_ || navigator_.held()) return out;
   if (phase_ == Phase::kLook) {
     LookAndGoOn(now, &out);
@@ -98,7 +98,7 @@ void Explorer::Await(Output* out) {
   out->events.push_back({EventKind::kHeld, num_stops(), pose_.value_or(RobotPose{}), waits_for_});
 }
 
-void Explorer::TakeEvent(Utime now, Event event, Output* out) {
+void Explorer::TakeEvent(Utime now, const Event& event, Output* out) {
   if (event.kind == EventKind::kFinished) return;  // one stop of many
   out->events.push_back(event);
   const bool reached = event.kind == EventKind::kReached;

@@ -69,7 +69,7 @@ class Explorer : public Driver {
 
   void BringMapUpToDate();
   void Await(Output* out);
-  void TakeEvent(Utime now, Event event, Output* out);
+  void TakeEvent(Utime now, const Event& event, Output* out);
   void LookAndGoOn(Utime now, Output* out);
   void Reconsider(Utime now);
   void StopAndLook(Utime now);

@@ -26,7 +26,7 @@ double ShareOf(double most, double length) {
 
 SE3 PoseGlide::Outstanding(const Pose& corrected, const SE3& T_OB) const {
   // T_WB is continuous where dead reckoning began anew, T_WO is not.
-  if (corrected.dr_reset_counter != corrected_->dr_reset_counter) return outstanding_;
+  if (DrBeganAnew(corrected)) return outstanding_;
   return (T_WO_ * T_OB).inverse() * corrected.T_WB;
 }
 
@@ -36,10 +36,9 @@ bool PoseGlide::BeginsAnew(const Pose& corrected) const {
 }
 
 void PoseGlide::Observe(const Pose& corrected, const SE3& T_OB) {
-  const bool begins_anew = corrected.dr_reset_counter != corrected_->dr_reset_counter;
   const DurationUs since = corrected.utime - corrected_at_;
-  if (begins_anew || since > kLongestGap) rates_of_corrections_.clear();
-  if (begins_anew || corrected.frame_pose_seq == corrected_->frame_pose_seq) return;
+  if (DrBeganAnew(corrected) || since > kLongestGap) rates_of_corrections_.clear();
+  if (DrBeganAnew(corrected) || corrected.frame_pose_seq == corrected_->frame_pose_seq) return;
   if (since <= kLongestGap && since.us > 0) {
     const SE3 correction = (corrected_->T_WO * T_OB).inverse() * corrected.T_WB;
     rates_of_corrections_.push_back(correction.Log() / since.seconds());

@@ -44,6 +44,9 @@ class PoseGlide {
   static constexpr double kClaimSigma = 1.0;
 
  private:
+  bool DrBeganAnew(const Pose& corrected) const {
+    return corrected.dr_reset_counter != corrected_->dr_reset_counter;
+  }
   SE3 Outstanding(const Pose& corrected, const SE3& T_OB) const;
   bool BeginsAnew(const Pose& corrected) const;
   void Observe(const Pose& corrected, const SE3& T_OB);

@@ -180,10 +180,9 @@ int FixedInImage::WitnessesOfDr(const std::vector<std::optional<Likelihoods>>& e
 }
 
 FixedInImage::Vote FixedInImage::VoteOf(const Likelihoods& l) {
-  const double moving = std::max(l.world, l.seen.value_or(l.world));
-  if (l.fixed - moving > kDecisiveLogOdds) return Vote::kFixed;
+  if (l.fixed - l.moving() > kDecisiveLogOdds) return Vote::kFixed;
   if (l.told - l.fixed > kDecisiveLogOdds) return Vote::kWorld;
-  const bool as_vision_says = moving - std::max(l.fixed, l.world) > kDecisiveLogOdds;
+  const bool as_vision_says = l.moving() - std::max(l.fixed, l.world) > kDecisiveLogOdds;
   const bool no_way = l.fixed <= l.neither && l.world <= l.neither;
   return as_vision_says || no_way ? Vote::kNeither : Vote::kNone;
 }
@@ -241,9 +240,8 @@ void FixedInImage::Decide(bool dr_refuted) {
 
 // The odds of the windows before and of this one.
 void FixedInImage::Learn(const Likelihoods& l, Track* t) {
-  const double moving = std::max(l.world, l.seen.value_or(l.world));
   t->log_odds =
-      std::clamp(t->log_odds_before + l.fixed - moving, -kDecisiveLogOdds, kDecisiveLogOdds);
+      std::clamp(t->log_odds_before + l.fixed - l.moving(), -kDecisiveLogOdds, kDecisiveLogOdds);
   if (t->log_odds == kDecisiveLogOdds) {
     if (t->kind != Kind::kFixed) since_ = std::min(since_, t->since);
     t->kind = Kind::kFixed;

@@ -22,6 +22,7 @@
 // where ten features say that they move by it.
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <limits>
 #include <optional>
@@ -84,6 +85,9 @@ class FixedInImage {
     double told = 0;             // likewise, and DR could tell: the density of a prediction
     std::optional<double> seen;  // as vision says, where that moves
     double neither = 0;          // the least that any of them has
+
+    // It moves, whoever says how.
+    double moving() const { return std::max(world, seen.value_or(world)); }
   };
   // An image from which features are judged.
   struct Anchor {

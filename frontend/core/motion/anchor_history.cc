@@ -5,21 +5,23 @@
 
 namespace gw::frontend {
 
-std::optional<AnchorHistory::Since> AnchorHistory::At(
-    const std::deque<Anchor>::const_iterator& anchor) const {
-  if (anchor == anchors_.end()) return std::nullopt;
-  return Since{anchor->utime, anchor->T_WO, anchor->cov_T_WC,
-               static_cast<int>(anchors_.end() - anchor) - 1};
+AnchorHistory::Place AnchorHistory::FirstFrom(Utime then) const {
+  return std::find_if(anchors_.begin(), anchors_.end(),
+                      [then](const Anchor& a) { return a.utime >= then; });
+}
+
+std::optional<AnchorHistory::Since> AnchorHistory::At(const Place& place) const {
+  if (place == anchors_.end()) return std::nullopt;
+  return Since{place->utime, place->T_WO, place->cov_T_WC,
+               static_cast<int>(anchors_.end() - place) - 1};
 }
 
 std::optional<AnchorHistory::Since> AnchorHistory::From(Utime then) const {
-  return At(std::find_if(anchors_.begin(), anchors_.end(),
-                         [then](const Anchor& a) { return a.utime >= then; }));
+  return At(FirstFrom(then));
 }
 
 std::optional<AnchorHistory::Since> AnchorHistory::Before(Utime then) const {
-  const auto first = std::find_if(anchors_.begin(), anchors_.end(),
-                                  [then](const Anchor& a) { return a.utime >= then; });
+  const Place first = FirstFrom(then);
   const bool older = first != anchors_.end() && first != anchors_.begin();
   return At(older ? std::prev(first) : first);
 }

@@ -41,7 +41,9 @@ class AnchorHistory {
     SE3 T_WO;
     Matrix6d cov_T_WC;
   };
-  std::optional<Since> At(const std::deque<Anchor>::const_iterator& anchor) const;
+  using Place = std::deque<Anchor>::const_iterator;
+  Place FirstFrom(Utime then) const;
+  std::optional<Since> At(const Place& place) const;
 
   std::deque<Anchor> anchors_;
 };

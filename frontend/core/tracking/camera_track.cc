@@ -1,10 +1,9 @@
 #include "frontend/core/tracking/camera_track.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "common/core/chi_square.h"
 #include "common/good_weights/camera_motion.h"
+#include "frontend/core/tracking/apart.h"
 
 namespace gw::frontend {
 
@@ -50,10 +49,9 @@ bool CameraTrack::AgreesWithDr(Utime since, const MotionModel& motion) const {
   const auto then = anchors.Before(since);
   const auto dr = then ? motion.Step(then->utime, utime) : std::nullopt;
   if (!T_OC || !dr) return false;
-  const Vector6d gap = (T_WC.inverse() * (then->T_WO * *T_OC)).Log();
   Matrix6d cov = uncertainty.cov();
   cov.diagonal() += dr->white + dr->common.cwiseAbs2();
-  return gap.dot(cov.ldlt().solve(gap)) <= kChi2Six999;
+  return !Apart(T_WC, then->T_WO * *T_OC, cov);
 }
 
 void CameraTrack::Rewind(Utime since, MotionModel* motion) {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "common/core/log_odds.h"
-#include "common/good_weights/edge_covariance.h"
 #include "common/good_weights/vision_noise.h"
+#include "frontend/core/tracking/apart.h"
 
 namespace gw::frontend {
 namespace {
@@ -16,12 +16,6 @@ namespace {
 constexpr double kFoundByChance = 0.02;
 // Odds against a pose from which it is not believed.
 constexpr double kUnbelievable = 20;
-
-// Two estimates of a pose, or covariances far too small: cov is of their difference.
-bool Apart(const SE3& a, const SE3& b, const Matrix6d& cov) {
-  const Vector6d e = (a.inverse() * b).Log();
-  return e.dot(cov.ldlt().solve(e)) > kDrRadius2;
-}
 
 }  // namespace
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "tools/robot/explore/blind_ring.h"
 #include "tools/robot/explore/frontiers.h"
@@ -80,7 +79,7 @@ Driver::Output Explorer::Update(Utime now) {
     navigator_.LookAround();
     phase_ = Phase::kLookAround;
   }
-  Output moved = navigator_.Update(now);
+  const Output moved = navigator_.Update(now);
   out.speed = moved.speed;
   for (const Event& event : moved.events) TakeEvent(now, event, &out);
   if (finished() || !pose_ || navigator_.held()) return out;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/process/memory.h"
 #include "common/wire/channels.h"
 #include "tools/data/files/json.h"
 
@@ -97,6 +98,7 @@ void Viewer::Round() {
   }
   last_round_ = now;
   Pass();
+  if (release_rate_.Pass(now)) process::ReleaseFreeMemory();
   if (self_rate_.Pass(now)) ReportSelf(now);
   systemd_.Watchdog();
 }

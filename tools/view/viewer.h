@@ -46,6 +46,8 @@ class Viewer {
   Utime last_round_;
   foxglove::RateLimit self_rate_{Milliseconds(1000)};
   foxglove::RateLimit playback_rate_{Milliseconds(200)};
+  // What piled up while this process was held up would stay with it.
+  foxglove::RateLimit release_rate_{Milliseconds(10'000)};
   OwnLoad load_;
   std::map<std::string, int64_t> messages_before_;
   std::optional<Error> failure_;

@@ -22,6 +22,7 @@ enum class Departure : uint8_t {
   kReference,
   kFading,
   kReportedNoise,
+  kFloor,
   kKnownNoise,
   kTrust,
   kLooksHealthy,
@@ -43,7 +44,7 @@ struct NamedDeparture {
   const char* name;  // lower case letters and underscores
 };
 
-inline constexpr std::array<NamedDeparture, 22> kDepartures = {{
+inline constexpr std::array<NamedDeparture, 23> kDepartures = {{
     {Departure::kCorners, "corners"},
     {Departure::kTwoAlphas, "two_alphas"},
     {Departure::kCloseLinks, "close_links"},
@@ -52,6 +53,7 @@ inline constexpr std::array<NamedDeparture, 22> kDepartures = {{
     {Departure::kReference, "reference"},
     {Departure::kFading, "fading"},
     {Departure::kReportedNoise, "reported_noise"},
+    {Departure::kFloor, "floor"},
     {Departure::kKnownNoise, "known_noise"},
     {Departure::kTrust, "trust"},
     {Departure::kLooksHealthy, "looks_healthy"},

@@ -29,7 +29,7 @@ DrMotion CameraMotion(const DrIncrement& dr, const SE3& T_BC, const DrWeightConf
   out.lever.col(1).tail<3>() = LogSO3(dr.T_BaBb.rotation());
   out.lever = (T_BC.inverse().Adjoint() * out.lever).eval();
   out.reported_cov = InCamera(dr.cov, T_BC);
-  out.cov = DrCovariance(dr.utime_end - dr.utime_begin, out.reported_cov, config);
+  out.cov = InCamera(DrCovariance(dr.utime_end - dr.utime_begin, dr.cov, config), T_BC);
   return out;
 }
 

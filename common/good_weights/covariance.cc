@@ -6,6 +6,11 @@
 #include "common/core/covariance.h"
 
 namespace gw {
+namespace {
+
+constexpr int kHeldByFloor[] = {2, 3, 4};  // height, roll, pitch of the body
+
+}  // namespace
 
 Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config) {
   const double frames = 30.0 * interval.seconds();
@@ -18,8 +23,13 @@ Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config) {
 }
 
 Matrix6d DrCovariance(DurationUs interval, const Matrix6d& reported, const DrWeightConfig& config) {
-  const Matrix6d nominal = NominalCovariance(interval, config);
+  Matrix6d nominal = NominalCovariance(interval, config);
   if (!config.Departs(Departure::kReportedNoise)) return nominal;
+  if (config.Departs(Departure::kFloor)) {
+    for (const int i : kHeldByFloor) {
+      if (reported(i, i) > 0) nominal(i, i) = reported(i, i);
+    }
+  }
   return LargerCovariance(nominal, reported);
 }
 

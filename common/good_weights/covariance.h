@@ -17,10 +17,12 @@ namespace gw {
 // interval > 0.
 Matrix6d NominalCovariance(DurationUs interval, const DrWeightConfig& config);
 
-// Sigma_d of an edge between keyframes: the larger of nominal and reported covariance, in every
-// direction; the nominal one by the paper's law. The errors of edges that follow each other are one
-// bias, which edges that are independent of each other would take for knowledge: the nominal noise
-// keeps them from that (docs/adr/0020-two-witnesses.md). reported: positive semi-definite; zero:
+// Sigma_d of an edge between keyframes, body axes: the larger of nominal and reported covariance,
+// in every direction; the nominal one by the paper's law. The errors of way and heading of edges
+// that follow each other are one bias, which edges that are independent of each other would take
+// for knowledge: the nominal noise keeps them from that (docs/adr/0020-two-witnesses.md). Height,
+// roll and pitch are held by floor and gravity, their errors do not add up: they have the reported
+// noise alone (docs/adr/0065-what-the-floor-holds.md). reported: positive semi-definite; zero:
 // nothing is reported.
 Matrix6d DrCovariance(DurationUs interval, const Matrix6d& reported, const DrWeightConfig& config);
 

@@ -43,9 +43,47 @@ TEST(CameraMotion, TellsWhatErrorsOfTheScalesOfWayAndTurnDo) {
 TEST(CameraMotion, NominalCovarianceGrowsWithTheNumberOfFramePeriods) {
   DrIncrement dr;  // the filter claims to know it exactly
   dr.utime_end = Utime{500'000};
-  const Matrix6d cov = CameraMotion(dr, kT_BC, {}).cov;
+  const Matrix6d cov = CameraMotion(dr, SE3(), {}).cov;
   EXPECT_NEAR(cov(0, 0), 15 * 0.004 * 0.004, 1e-12);
   EXPECT_NEAR(cov(5, 5), 15 * std::pow(0.1 * std::numbers::pi / 180, 2), 1e-12);
+  const Matrix6d in_camera = InCamera(cov, kT_BC);
+  EXPECT_LT((CameraMotion(dr, kT_BC, {}).cov - in_camera).norm(), 1e-12);
+}
+
+// Sigmas of a filter that knows the way to a hundredth of what is nominal, and the like.
+Matrix6d Reported(CounterRng* random) {
+  Vector6d sigma;
+  for (int i = 0; i < 6; ++i) sigma[i] = (i < 3 ? 4e-3 : 1.7e-3) * random->Uniform(0.01, 0.5);
+  const Eigen::Quaterniond turn =
+      ExpSO3({0.3 * random->Normal(), 0.3 * random->Normal(), 0.3 * random->Normal()});
+  Matrix6d mix = Matrix6d::Identity();
+  mix.topLeftCorner<3, 3>() = mix.bottomRightCorner<3, 3>() = turn.toRotationMatrix();
+  return mix * Matrix6d(sigma.cwiseAbs2().asDiagonal()) * mix.transpose();
+}
+
+TEST(DrCovariance, WhatTheFloorHoldsIsKnownAsReportedTheRestNoBetterThanNominal) {
+  CounterRng random(1, 0, 0);
+  for (int k = 0; k < 50; ++k) {
+    const Matrix6d reported = Reported(&random);
+    const Matrix6d nominal = NominalCovariance(Milliseconds(100), {});
+    const Matrix6d cov = DrCovariance(Milliseconds(100), reported, {});
+    for (const int i : {0, 1, 5}) EXPECT_GE(cov(i, i), nominal(i, i) * (1 - 1e-9)) << i;
+    for (const int i : {2, 3, 4}) {
+      EXPECT_GE(cov(i, i), reported(i, i) * (1 - 1e-9)) << i;
+      EXPECT_LT(cov(i, i), 3 * reported(i, i)) << i;
+    }
+  }
+}
+
+TEST(DrCovariance, IsNominalInAllWhereTheFloorIsNoDepartureOrNothingIsReported) {
+  CounterRng random(2, 0, 0);
+  const Matrix6d nominal = NominalCovariance(Milliseconds(100), {});
+  DrWeightConfig flying;
+  flying.changed.Insert(Departure::kFloor);
+  const Matrix6d cov = DrCovariance(Milliseconds(100), 1e-3 * Reported(&random), flying);
+  EXPECT_LT((cov - nominal).norm(), 1e-9 * nominal.norm());
+  const Matrix6d of_nothing = DrCovariance(Milliseconds(100), Matrix6d::Zero(), {});
+  EXPECT_LT((of_nothing - nominal).norm(), 1e-9 * nominal.norm());
 }
 
 // The filter's covariance is moved to the camera by sampling, independent of the adjoint.

@@ -113,8 +113,10 @@ class View:
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def memory_mb(self):
+        """Its own, and pages of files: those of the libraries are shared, and come and go with what the machine does."""
         with open(f"/proc/{self.process.pid}/statm", encoding="utf-8") as f:
-            return int(f.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+            resident, of_files = (int(pages) * os.sysconf("SC_PAGE_SIZE") / 1e6 for pages in f.read().split()[1:3])
+        return resident - of_files, of_files
 
     def end(self):
         end(self.process)
@@ -209,6 +211,7 @@ def memory(arguments, seconds, laps):
     bin_dir, log, config, work = arguments
     view = View(bin_dir, config)
     begin = time.monotonic()
+    print("| | its own | pages of files | CPU time |", flush=True)
     for _ in range(laps):
         view.connect(5 if not view.clients else 0)
         if len(view.clients) > STALLED:  # the stalled one was cut off in the lap before
@@ -217,8 +220,9 @@ def memory(arguments, seconds, laps):
         lap = Lap(bin_dir, log, config, f"{work}/memory")
         view.begin()
         lap.wait(seconds)
-        print(f"| after {(time.monotonic() - begin) / 60:.1f} min | {view.memory_mb():.1f} MB | {100 * view.share_of_a_core():.1f} % of a core |",
-              flush=True)
+        own, of_files = view.memory_mb()
+        print(f"| after {(time.monotonic() - begin) / 60:.1f} min | {own:.1f} MB | {of_files:.1f} MB | "
+              f"{100 * view.share_of_a_core():.1f} % of a core | load {os.getloadavg()[0]:.1f} |", flush=True)
         lap.end()
     view.end()
 

@@ -28,9 +28,9 @@ double OwnLoad::CpuPercent(Utime now) {
 
 double OwnLoad::MemoryMb() {
   std::ifstream statm("/proc/self/statm");
-  double total = 0, resident = 0;
-  statm >> total >> resident;
-  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) * 1e-6;
+  double total = 0, resident = 0, of_files = 0;
+  statm >> total >> resident >> of_files;
+  return (resident - of_files) * static_cast<double>(::sysconf(_SC_PAGESIZE)) * 1e-6;
 }
 
 }  // namespace gw::view

@@ -9,7 +9,8 @@ class OwnLoad {
  public:
   // Time spent on one core since the call before, percent; 0 at the first call.
   double CpuPercent(Utime now);
-  // Resident, MB.
+  // MB that are this process' own. Not pages of the libraries' files, which are shared, and come
+  // and go with what the machine does.
   static double MemoryMb();
 
  private:

@@ -46,6 +46,12 @@ struct DrState {
   bool synthetic = false;  // made from ground truth by an importer, not measured
 };
 
+// Height of the body in O at one instant.
+struct DrHeight {
+  double z = 0;         // m
+  double variance = 0;  // m^2, > 0
+};
+
 // Relative motion of the body between two instants.
 struct DrIncrement {
   Utime utime_begin;

@@ -34,6 +34,7 @@ inline constexpr double kQuaternionNormTolerance = 1e-3;
 enum class TypeAge {
   kBeforePieces,   // of a map; nor are there keyframes that withdraw others
   kBeforeLengths,  // that are corrected
+  kBeforeHeights,  // of keyframes, by dead reckoning
   kNow,
 };
 struct OlderType {

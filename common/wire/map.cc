@@ -23,7 +23,8 @@ constexpr size_t kFeatureBytes = 61, kKeyframeUpdateBytes = 72, kKeyframeRemoval
 // The types as they were: logs and maps of then are read, those of before there were pieces with
 // everything in the map itself.
 constexpr OlderTypes kKeyframesBefore = {{0x3666777e63bcbaf8, TypeAge::kBeforePieces},
-                                         {0x4d4cf13dcd24c456, TypeAge::kBeforeLengths}};
+                                         {0x4d4cf13dcd24c456, TypeAge::kBeforeLengths},
+                                         {0x3598c0f1cc8c8301, TypeAge::kBeforeHeights}};
 constexpr OlderTypes kMapUpdatesBefore = {
     {static_cast<int64_t>(0xc60eb93846af94b6), TypeAge::kBeforePieces},
     {static_cast<int64_t>(0xea9ec3d407e44639), TypeAge::kBeforeLengths}};
@@ -96,6 +97,20 @@ void KeyframeHead(A& a, typename A::template Of<Keyframe>& m) {
 }
 
 template <typename A>
+void HeightFields(A& a, typename A::template Of<std::optional<DrHeight>>& height) {
+  if (!a.Has(TypeAge::kBeforeHeights)) return;
+  bool has = height.has_value();
+  DrHeight told = height.value_or(DrHeight{});
+  a.Bool("has_height", has);
+  a.Real("height_m", told.z);
+  a.Real("height_var_m2", told.variance, 0, kMaxReal);
+  a.Rule("height_var_m2", "not positive", !has || told.variance > 0);
+  if constexpr (std::is_same_v<A, Reader>) {
+    if (has) height = told;
+  }
+}
+
+template <typename A>
 void KeyframeCounts(A& a, typename A::template Of<Keyframe>& m) {
   a.Real("quality", m.q, 0, 1);
   a.Int32("num_tracked", m.num_tracked, 0, kMaxCount);
@@ -109,6 +124,7 @@ static void Fields(Writer& a, const Keyframe& m) {
   KeyframeHead(a, m);
   a.Bool("has_dr", m.dr.has_value());
   IncrementFields(a, m.dr.value_or(DrIncrement{}));
+  HeightFields(a, m.height);
   KeyframeCounts(a, m);
   a.Int32("num_features", m.features.size(), 0, 0);
   for (size_t i = 0; i < m.features.size(); ++i) {
@@ -123,6 +139,7 @@ static void Fields(Reader& a, Keyframe& m) {
   a.Bool("has_dr", has_dr);
   IncrementFields(a, dr);
   if (has_dr) m.dr = dr;
+  HeightFields(a, m.height);
   KeyframeCounts(a, m);
   size_t i = 0;
   a.List("features", m.features, LandmarkId::kMaxFeatures, kFeatureBytes,

@@ -166,6 +166,8 @@ class RandomMessages {
       dr.slip = Bool();
       dr.synthetic = Bool();
     }
+    m.height.reset();
+    if (Bool()) m.height = DrHeight{Real(), LengthFactor()};
     m.q = rng_.Uniform();
     m.num_tracked = Count();
     m.features.clear();

@@ -206,21 +206,27 @@ Bytes AsOf(uint64_t fingerprint, Bytes message,
 }
 
 // Before there were pieces of a map, or keyframes that withdraw others; before lengths were
-// corrected.
+// corrected; before keyframes had a height.
 TEST(WireRules, KeyframesOfBeforeAreRead) {
   constexpr size_t kPiece = 8 + 8 + 24 + 8 + 56 + 288 + 8 + 8;  // bytes before it
+  constexpr size_t kHeight = kPiece + 8 + 1 + 8 + 1 + (8 + 8 + 56 + 288 + 8 + 1 + 1);
   Keyframe keyframe;
   do {
     keyframe = RandomMessages(static_cast<uint64_t>(keyframe.id.value) + 1).Make<Keyframe>();
-  } while (!keyframe.piece.valid() || !keyframe.withdraws);
+  } while (!keyframe.piece.valid() || !keyframe.withdraws || !keyframe.height);
   EXPECT_FALSE(Decode<Keyframe>(AsOf(0x4d4cf13dcd24c456, Encode(keyframe), {})).ok()) << "too long";
-  const auto without_lengths =
-      Decode<Keyframe>(AsOf(0x4d4cf13dcd24c456, Encode(keyframe), {{kPiece + 9, 8}}));
+  const auto without_height =
+      Decode<Keyframe>(AsOf(0x3598c0f1cc8c8301, Encode(keyframe), {{kHeight, 17}}));
+  ASSERT_TRUE(without_height.ok());
+  keyframe.height.reset();
+  EXPECT_EQ(Encode(*without_height), Encode(keyframe));
+  const auto without_lengths = Decode<Keyframe>(
+      AsOf(0x4d4cf13dcd24c456, Encode(keyframe), {{kPiece + 9, 8}, {kHeight, 17}}));
   ASSERT_TRUE(without_lengths.ok());
   keyframe.length_factor = 1;
   EXPECT_EQ(Encode(*without_lengths), Encode(keyframe));
-  const auto without_pieces =
-      Decode<Keyframe>(AsOf(0x3666777e63bcbaf8, Encode(keyframe), {{kPiece, 9 + 8}}));
+  const auto without_pieces = Decode<Keyframe>(
+      AsOf(0x3666777e63bcbaf8, Encode(keyframe), {{kPiece, 9 + 8}, {kHeight, 17}}));
   ASSERT_TRUE(without_pieces.ok());
   keyframe.piece = {};
   keyframe.withdraws = false;

@@ -136,6 +136,20 @@ bool RelativePoseCost::Evaluate(double const* const* parameters, double* residua
   return true;
 }
 
+// With T_WC Exp(d) the body moves by R_WC (rho + phi x p_CB).
+bool HeightCost::Evaluate(double const* const* parameters, double* residuals,
+                          double** jacobians) const {
+  const SE3 T_WC = FromBlock(parameters[0]);
+  residuals[0] = ((T_WC * p_CB_).z() - z_W_) / sigma_;
+  if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+  const Eigen::RowVector3d up_C = T_WC.rotation().toRotationMatrix().row(2) / sigma_;
+  Eigen::Matrix<double, 1, 6> J;
+  J << up_C, -up_C * Skew(p_CB_);
+  Eigen::Map<Eigen::Matrix<double, 1, 7>> out(jacobians[0]);
+  out = J * TangentOfBlock(T_WC.rotation());
+  return true;
+}
+
 bool ScaledMotionCost::Evaluate(double const* const* parameters, double* residuals,
                                 double** jacobians) const {
   const Vector6d shift = lever_ * Eigen::Map<const Eigen::Vector2d>(parameters[2]);

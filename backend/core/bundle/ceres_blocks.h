@@ -81,6 +81,20 @@ class ScaledMotionCost final : public ceres::SizedCostFunction<6, 7, 7, 2> {
   Matrix6d sqrt_information_;
 };
 
+// Block: T_WC. Residual: by how many sigmas the origin of the body is above z_W.
+class HeightCost final : public ceres::SizedCostFunction<1, 7> {
+ public:
+  HeightCost(const SE3& T_BC, double z_W, double sigma)
+      : p_CB_(T_BC.inverse().translation()), z_W_(z_W), sigma_(sigma) {}
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  Eigen::Vector3d p_CB_;
+  double z_W_;
+  double sigma_;
+};
+
 // Block: the errors of the scales (2). Residual: the errors in sigmas. (ceres::NormalPrior holds
 // Eigen's dynamic matrices, whose memory another build of Eigen inside Ceres may lay out
 // otherwise.)

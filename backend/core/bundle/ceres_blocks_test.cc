@@ -147,6 +147,15 @@ TEST(ScaledMotionCost, JacobiansMatchCentralDifferences) {
   }
 }
 
+TEST(HeightCost, JacobiansMatchCentralDifferences) {
+  for (uint64_t seed = 0; seed < 200; ++seed) {
+    CounterRng rng(seed, 6, 0);
+    const SE3 T_BC = SE3::Exp(RandomTangent(rng, 2));
+    const PoseBlock T_WC = ToBlock(SE3::Exp(RandomTangent(rng, 2)));
+    ExpectJacobiansMatch(HeightCost(T_BC, rng.Uniform(-1, 1), 0.1), {T_WC.data()});
+  }
+}
+
 TEST(ScalePrior, JacobiansMatchCentralDifferences) {
   const Eigen::Vector2d errors(0.02, -0.01);
   const ScalePrior prior(0.01);

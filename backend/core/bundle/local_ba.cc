@@ -14,6 +14,7 @@
 #include "backend/core/bundle/ceres_blocks.h"
 #include "backend/core/bundle/landmark_fit.h"
 #include "backend/core/bundle/window_solver.h"
+#include "common/core/chi_square.h"
 #include "common/core/robust_loss.h"
 #include "common/good_weights/edge_covariance.h"
 
@@ -31,6 +32,9 @@ constexpr double kTooVague = 1.0 / 3;
 // Where every landmark sits in its own minimum, whole Gauss-Newton steps are good; shorter ones
 // hold back the soft bends of the map, which are all that is left to mend.
 constexpr double kWholeSteps = 1e8;  // trust region radius
+
+// Beyond it the cost of a height grows no more as a square: the robot is on another floor.
+constexpr double kHeightRadius2 = kChi2One999;
 
 // What counts of an observation.
 enum class Use : uint8_t { kNothing, kPixel, kPixelAndDepth };
@@ -104,6 +108,8 @@ class StopWhenAsked final : public ceres::IterationCallback {
 // The costs of dead reckoning in a job, and what they share.
 struct DrCosts {
   ceres::CauchyLoss loss = ceres::CauchyLoss(std::sqrt(kDrRadius2));
+  ceres::CauchyLoss height_loss = ceres::CauchyLoss(std::sqrt(kHeightRadius2));
+  std::deque<HeightCost> heights;
   std::deque<RelativePoseCost> relative;  // deques: the costs cannot be moved
   std::deque<ScaledMotionCost> scaled;
   std::optional<ScalePrior> scale_prior;
@@ -132,6 +138,10 @@ bool SolveWindow(const LocalBaJob& job, const StopCondition& stop, State& state,
       costs.relative.emplace_back(edge.T_FromTo, edge.sqrt_information);
       solver.AddCost(&costs.relative.back(), dr_loss, {edge.from, edge.to});
     }
+  }
+  for (const auto& height : job.heights) {
+    costs.heights.emplace_back(job.camera.T_BC, height.z_W, height.sigma);
+    solver.AddCost(&costs.heights.back(), &costs.height_loss, {height.keyframe});
   }
   std::vector<WindowSolver::Sight> sights;
   for (size_t i = 0; i < job.observations.size();) {
@@ -202,6 +212,11 @@ bool SolveWhole(const LocalBaJob& job, const ceres::Manifold& manifold, const St
       problem.AddResidualBlock(&costs.relative.back(), dr_loss, from, to);
     }
   }
+  for (const auto& height : job.heights) {
+    costs.heights.emplace_back(job.camera.T_BC, height.z_W, height.sigma);
+    problem.AddResidualBlock(&costs.heights.back(), &costs.height_loss,
+                             state.poses[height.keyframe].data());
+  }
   if (!costs.scaled.empty()) {
     costs.scale_prior.emplace(job.dr_scale_sigma);
     problem.AddResidualBlock(&*costs.scale_prior, nullptr, state.dr_scale_error.data());
@@ -258,6 +273,11 @@ double Cost(const LocalBaJob& job, const State& state) {
     const double squared =
         (edge.sqrt_information * (T_FromTo.inverse() * T_ab).Log()).squaredNorm();
     cost += job.robust_dr ? CauchyCost(squared, kDrRadius2) : squared;
+  }
+  for (const auto& height : job.heights) {
+    const SE3 T_WB = (job.camera.T_BC * T_CW[height.keyframe]).inverse();
+    const double sigmas = (T_WB.translation().z() - height.z_W) / height.sigma;
+    cost += CauchyCost(sigmas * sigmas, kHeightRadius2);
   }
   if (job.dr_scale_sigma > 0) {
     cost += (state.dr_scale_error / job.dr_scale_sigma).squaredNorm();

@@ -41,6 +41,11 @@ struct LocalBaJob {
     Matrix6d sqrt_information;  // of alpha * inv(Sigma): upper triangular
     double alpha = 0;           // the scale that local BA gave it, for the map
   };
+  struct HeldHeight {  // of the body, by the floor (FloorLevels)
+    int32_t keyframe = 0;
+    double z_W = 0;    // m
+    double sigma = 0;  // m, > 0
+  };
 
   int64_t revision = 0;  // of the map it was cut from
   KeyframeId newest;     // of that map
@@ -57,6 +62,7 @@ struct LocalBaJob {
   std::vector<LandmarkState> landmarks;    // sorted by id; each has at least two observations
   std::vector<SeenLandmark> observations;  // sorted by landmark, then keyframe
   std::vector<DrEdge> dr_edges;            // sorted by `to`
+  std::vector<HeldHeight> heights;         // of free keyframes, sorted
 };
 
 struct LocalBaResult {

@@ -232,6 +232,41 @@ TEST(LocalBa, DrEdgesAloneHoldKeyframesThatSeeNothing) {
   EXPECT_LT(PoseRmse(world, result), 1e-5);
 }
 
+// A tilt between the first two keyframes, as weak vision leaves it, lifts all that follow; heights
+// put it right, but for one that is of another floor.
+TEST(LocalBa, HeightsOfTheBodyKeepATiltFromLiftingTheMap) {
+  const World world({.dr_sigma_m = 0, .dr_sigma_rad = 0});
+  LocalBaJob job;
+  job.camera = TestCamera();
+  for (int k = 0; k < 12; ++k) {
+    job.keyframes.push_back({{k + 1}, world.TruePose(k), k == 0});
+    if (k > 0) job.dr_edges.push_back(Edge(world, k, 1));
+  }
+  const SE3 tilt(ExpSO3({0.01, 0.01, 0}), Eigen::Vector3d::Zero());
+  job.dr_edges[0].T_FromTo = job.dr_edges[0].T_FromTo * tilt;
+  job.iterations = 30;
+  const auto height = [&](const SE3& T_WC) {
+    return (T_WC * job.camera.T_BC.inverse()).translation().z();
+  };
+  const auto largest_error = [&](const LocalBaResult& result) {
+    double largest = 0;
+    for (const auto& k : result.keyframes) {
+      const SE3 truth = world.TruePose(static_cast<int>(k.id.value) - 1);
+      largest = std::max(largest, std::abs(height(k.T_WC) - height(truth)));
+    }
+    return largest;
+  };
+  const LocalBaResult lifted = SolveLocalBa(job);
+  for (int k = 1; k < 12; ++k) {
+    const double z_W = height(world.TruePose(k));
+    job.heights.push_back({k, k == 6 ? z_W + 3 : z_W, 0.01});
+  }
+  const LocalBaResult held = SolveLocalBa(job);
+  ASSERT_TRUE(lifted.usable && held.usable);
+  EXPECT_GT(largest_error(lifted), 0.01);
+  EXPECT_LT(largest_error(held), 0.3 * largest_error(lifted)) << largest_error(lifted);
+}
+
 // Dead reckoning with wrong scales: strong edges bend the map, unless they may share the errors.
 TEST(LocalBa, DrWithScaleErrorsInCommonDoesNotBendTheMap) {
   World world({.dr_sigma_m = 0.001, .dr_sigma_rad = 0.0001, .keyframes_per_lap = 160});

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "backend/core/bundle/connection.h"
+#include "backend/core/bundle/floor_level.h"
 #include "backend/core/bundle/good_graph.h"
 #include "backend/core/map/seen_landmarks.h"
 #include "common/core/covariance.h"
@@ -113,6 +114,15 @@ void AddDrEdge(const MapKeyframe& to, const DrMotion& motion, const Matrix6d& co
                           motion.lever, SqrtInformation(cov), alpha});
 }
 
+void AddHeights(const Map& map, const MappingContext& context, LocalBaJob& job) {
+  const FloorLevels levels(map, context.camera.T_BC);
+  for (size_t i = 0; i < job.keyframes.size(); ++i) {
+    if (job.keyframes[i].fixed) continue;
+    const auto height = levels.Of(job.keyframes[i].id);
+    if (height) job.heights.push_back({static_cast<int32_t>(i), height->z_W, height->sigma});
+  }
+}
+
 }  // namespace
 
 std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& context) {
@@ -174,6 +184,7 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
     AddDrEdge(keyframe, motion, EdgeCovariance(motion, alpha, context.variant, context.dr_weight),
               alpha, index, job);
   }
+  AddHeights(map, context, job);
   return job;
 }
 
@@ -207,6 +218,7 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
     const Matrix6d cov = WholeMapEdgeCovariance(motion, alpha, context.variant, context.dr_weight);
     AddDrEdge(keyframe, motion, cov, alpha, index, job);
   }
+  AddHeights(map, context, job);
   return job;
 }
 

@@ -78,4 +78,8 @@ bool IsUsable(const DrIncrement& dr, Utime utime_end) {
   return (dr.cov - dr.cov.transpose()).cwiseAbs().maxCoeff() <= 1e-6 * scale + 1e-18;
 }
 
+bool IsUsable(const DrHeight& height) {
+  return std::isfinite(height.z) && std::isfinite(height.variance) && height.variance > 0;
+}
+
 }  // namespace gw::backend

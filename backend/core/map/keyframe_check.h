@@ -32,5 +32,6 @@ const char* KeyframeFaultText(KeyframeFault fault);
 // True when a DR increment can be used as an edge that ends at `utime_end`: finite, covariance
 // symmetric with positive diagonal, times in order.
 bool IsUsable(const DrIncrement& dr, Utime utime_end);
+bool IsUsable(const DrHeight& height);
 
 }  // namespace gw::backend

@@ -174,6 +174,7 @@ bool Map::AddKeyframe(const Keyframe& keyframe) {
   added.frame.landmarks.assign(keyframe.features.size(), {});
   added.grid = FeatureGrid(keyframe.features);
   if (keyframe.dr && !backend::IsUsable(*keyframe.dr, keyframe.utime)) added.frame.dr.reset();
+  if (keyframe.height && !backend::IsUsable(*keyframe.height)) added.frame.height.reset();
   if (previous != nullptr && !previous->next.valid()) {
     previous->next = keyframe.id;
     added.frame.piece = previous->frame.piece;

@@ -296,6 +296,10 @@ uint64_t Map::Hash() const {
       h.Add(f.dr->utime_begin.us);
       h.Add(f.dr->utime_end.us);
     }
+    if (f.height) {
+      h.Add(f.height->z);
+      h.Add(f.height->variance);
+    }
     h.Add(f.features.size());
     for (const LandmarkId landmark : f.landmarks) h.Add(landmark.value);
     for (const auto& [other, shared] : keyframe.covisible) {

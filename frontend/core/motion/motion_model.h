@@ -60,6 +60,9 @@ class MotionModel {
   // frame. Empty also in variants without such edges, and while healthy vision contradicts it.
   std::optional<DrIncrement> Increment(Utime a, Utime b) const;
 
+  // Of the body, for a keyframe; empty where Increment would be, and where DR tells no covariance.
+  std::optional<DrHeight> Height(Utime utime) const;
+
   // The motion of the camera as DR tells it, with the noise that it claims, whether vision agrees
   // or not. Empty where DR does not cover the interval or notices slip, or the variant does not
   // use it.

@@ -59,6 +59,7 @@ Keyframe KeyframeChain::Make(const Source& source, const MotionModel& motion) {
     k.dr = motion.Increment(own_.back().utime, k.utime);
     k.withdraws = void_;
   }
+  k.height = motion.Height(k.utime);
   void_ = scaled_ = false;
   k.length_factor = source.length_factor;
   k.piece = source.piece;

@@ -1,0 +1,36 @@
+// The floor that dead reckoning (DR) stands on, in the map.
+//
+// DR holds a robot to its floor: its height in O wanders by a few centimetres and does not drift,
+// where vision's does, by the tilt that a stretch of weak vision leaves (docs/method.md, section
+// 3.5; docs/adr/0065-what-the-floor-holds.md). A run is a series of keyframes through which DR
+// leads without a break, all in one piece of the map. Within it the heights in W and in O differ by
+// one number, the level: the median over the keyframes at which the run begins, where vision has
+// not drifted yet, and one that is off does not decide.
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "backend/core/map/map.h"
+
+namespace gw::backend {
+
+class FloorLevels {
+ public:
+  // T_BC: of the camera, whose poses the map has. The map must live as long as this.
+  FloorLevels(const Map& map, const SE3& T_BC);
+
+  struct Height {
+    double z_W = 0;    // m, where the body of a keyframe should be
+    double sigma = 0;  // m, > 0
+  };
+  // Empty: DR tells no height of this keyframe.
+  std::optional<Height> Of(KeyframeId id) const;
+
+ private:
+  const Map& map_;
+  std::map<KeyframeId, KeyframeId> run_of_;  // the first of it
+  std::map<KeyframeId, double> level_;       // m, by run
+};
+
+}  // namespace gw::backend

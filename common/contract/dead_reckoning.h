@@ -48,8 +48,9 @@ struct DrState {
 
 // Height of the body in O at one instant.
 struct DrHeight {
-  double z = 0;         // m
-  double variance = 0;  // m^2, > 0
+  double z = 0;                // m
+  double variance = 0;         // m^2, > 0
+  uint32_t reset_counter = 0;  // of the O that it is in (DrState)
 };
 
 // Relative motion of the body between two instants.

@@ -55,7 +55,7 @@ struct Keyframe {
   double length_factor = 1;
   static constexpr double kLeastLengthFactor = 1e-3, kMostLengthFactor = 1e3;  // mm for m, m for mm
   std::optional<DrIncrement> dr;  // body motion from `previous` to this one, where DR covers it
-  // By DR, where it tells one: on one floor, level with that of the keyframes before.
+  // By DR, where it covers the image.
   std::optional<DrHeight> height;
   double q = 0;  // quality of the frame it was made from
   int32_t num_tracked = 0;

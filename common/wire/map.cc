@@ -104,6 +104,7 @@ void HeightFields(A& a, typename A::template Of<std::optional<DrHeight>>& height
   a.Bool("has_height", has);
   a.Real("height_m", told.z);
   a.Real("height_var_m2", told.variance, 0, kMaxReal);
+  ResetCounter(a, "height_reset_counter", told.reset_counter);
   a.Rule("height_var_m2", "not positive", !has || told.variance > 0);
   if constexpr (std::is_same_v<A, Reader>) {
     if (has) height = told;

@@ -167,7 +167,7 @@ class RandomMessages {
       dr.synthetic = Bool();
     }
     m.height.reset();
-    if (Bool()) m.height = DrHeight{Real(), LengthFactor()};
+    if (Bool()) m.height = DrHeight{Real(), LengthFactor(), Word()};
     m.q = rng_.Uniform();
     m.num_tracked = Count();
     m.features.clear();

@@ -216,17 +216,17 @@ TEST(WireRules, KeyframesOfBeforeAreRead) {
   } while (!keyframe.piece.valid() || !keyframe.withdraws || !keyframe.height);
   EXPECT_FALSE(Decode<Keyframe>(AsOf(0x4d4cf13dcd24c456, Encode(keyframe), {})).ok()) << "too long";
   const auto without_height =
-      Decode<Keyframe>(AsOf(0x3598c0f1cc8c8301, Encode(keyframe), {{kHeight, 17}}));
+      Decode<Keyframe>(AsOf(0x3598c0f1cc8c8301, Encode(keyframe), {{kHeight, 25}}));
   ASSERT_TRUE(without_height.ok());
   keyframe.height.reset();
   EXPECT_EQ(Encode(*without_height), Encode(keyframe));
   const auto without_lengths = Decode<Keyframe>(
-      AsOf(0x4d4cf13dcd24c456, Encode(keyframe), {{kPiece + 9, 8}, {kHeight, 17}}));
+      AsOf(0x4d4cf13dcd24c456, Encode(keyframe), {{kPiece + 9, 8}, {kHeight, 25}}));
   ASSERT_TRUE(without_lengths.ok());
   keyframe.length_factor = 1;
   EXPECT_EQ(Encode(*without_lengths), Encode(keyframe));
   const auto without_pieces = Decode<Keyframe>(
-      AsOf(0x3666777e63bcbaf8, Encode(keyframe), {{kPiece, 9 + 8}, {kHeight, 17}}));
+      AsOf(0x3666777e63bcbaf8, Encode(keyframe), {{kPiece, 9 + 8}, {kHeight, 25}}));
   ASSERT_TRUE(without_pieces.ok());
   keyframe.piece = {};
   keyframe.withdraws = false;

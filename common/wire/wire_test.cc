@@ -216,6 +216,7 @@ void ExpectSame(const gw_lcm::keyframe_t& g, const Keyframe& m) {
   EXPECT_EQ(g.has_height, m.height.has_value());
   EXPECT_EQ(g.height_m, m.height.value_or(DrHeight{}).z);
   EXPECT_EQ(g.height_var_m2, m.height.value_or(DrHeight{}).variance);
+  EXPECT_EQ(g.height_reset_counter, m.height.value_or(DrHeight{}).reset_counter);
   EXPECT_EQ(g.quality, m.q);
   EXPECT_EQ(g.num_tracked, m.num_tracked);
   ASSERT_EQ(g.features.size(), m.features.size());

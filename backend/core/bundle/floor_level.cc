@@ -10,6 +10,10 @@ namespace {
 
 constexpr size_t kBegin = 5;  // keyframes at which a run begins
 
+bool GoesOn(const Keyframe& before, const Keyframe& after) {
+  return before.piece == after.piece && before.height->reset_counter == after.height->reset_counter;
+}
+
 }  // namespace
 
 FloorLevels::FloorLevels(const Map& map, const SE3& T_BC) : map_(map) {
@@ -18,8 +22,9 @@ FloorLevels::FloorLevels(const Map& map, const SE3& T_BC) : map_(map) {
   for (const auto& [id, keyframe] : map.keyframes()) {
     const Keyframe& frame = keyframe.frame;
     if (!frame.height) continue;
-    const auto before = frame.dr ? run_of_.find(frame.previous) : run_of_.end();
-    const bool goes_on = before != run_of_.end() && map.PieceOf(before->first) == frame.piece;
+    const auto before = run_of_.find(frame.previous);
+    const bool goes_on =
+        before != run_of_.end() && GoesOn(map.keyframes().at(frame.previous).frame, frame);
     const KeyframeId run = goes_on ? before->second : id;
     run_of_[id] = run;
     if (offsets[run].size() == kBegin) continue;

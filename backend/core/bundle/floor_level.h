@@ -2,10 +2,10 @@
 //
 // DR holds a robot to its floor: its height in O wanders by a few centimetres and does not drift,
 // where vision's does, by the tilt that a stretch of weak vision leaves (docs/method.md, section
-// 3.5; docs/adr/0065-what-the-floor-holds.md). A run is a series of keyframes through which DR
-// leads without a break, all in one piece of the map. Within it the heights in W and in O differ by
-// one number, the level: the median over the keyframes at which the run begins, where vision has
-// not drifted yet, and one that is off does not decide.
+// 3.5; docs/adr/0065-what-the-floor-holds.md). A run is a series of keyframes that follow each
+// other in time while DR goes on without a reset, all in one piece of the map. Within it the
+// heights in W and in O differ by one number, the level: the median over the keyframes at which the
+// run begins, where vision has not drifted yet, and one that is off does not decide.
 #pragma once
 
 #include <map>

@@ -13,21 +13,16 @@ class Drive {
  public:
   const Map& map() const { return map_; }
 
-  // The body at height z_W in the map and z_O for DR. by_dr: DR leads to it.
-  KeyframeId Go(double z_W, std::optional<double> z_O, bool by_dr = true, KeyframeId piece = {}) {
+  // The body at height z_W in the map and z_O for DR, after so many resets.
+  KeyframeId Go(double z_W, std::optional<double> z_O, uint32_t resets = 0, KeyframeId piece = {}) {
     Keyframe k;
     k.id = {map_.newest_keyframe().value + 1};
     k.utime = Utime{1'000'000 * k.id.value};
     k.T_WC = SE3(Eigen::Quaterniond::Identity(), {1.0 * static_cast<double>(k.id.value), 0, z_W}) *
              kT_BC;
     k.piece = piece;
-    if (by_dr && k.id.value > 1) {
-      k.previous = {k.id.value - 1};
-      DrIncrement& dr = k.dr.emplace();
-      dr.utime_begin = k.utime - Milliseconds(1000);
-      dr.utime_end = k.utime;
-    }
-    if (z_O) k.height = DrHeight{*z_O, 4e-4};
+    if (k.id.value > 1 && k.id != piece) k.previous = {k.id.value - 1};
+    if (z_O) k.height = DrHeight{*z_O, 4e-4, resets};
     EXPECT_TRUE(map_.AddKeyframe(k));
     return k.id;
   }
@@ -47,11 +42,11 @@ TEST(FloorLevels, ARunKeepsTheLevelAtWhichItBegan) {
   EXPECT_NEAR(height->sigma, 0.02, 1e-12);
 }
 
-TEST(FloorLevels, ARunEndsWhereDrDoesNotLeadOn) {
+TEST(FloorLevels, ARunEndsWhereDrBeginsAnew) {
   Drive drive;
   for (int i = 0; i < 5; ++i) drive.Go(0, 0);
-  const KeyframeId other = drive.Go(0.7, 0.1, /*by_dr=*/false);  // DR began anew
-  const KeyframeId after = drive.Go(0.75, 0.12);
+  const KeyframeId other = drive.Go(0.7, 0.1, /*resets=*/1);
+  const KeyframeId after = drive.Go(0.75, 0.12, 1);
   const FloorLevels levels(drive.map(), kT_BC);
   EXPECT_NEAR(levels.Of(other)->z_W, 0.73, 1e-9);  // the median of two is the larger
   EXPECT_NEAR(levels.Of(after)->z_W, 0.75, 1e-9);
@@ -61,8 +56,8 @@ TEST(FloorLevels, APieceHasALevelOfItsOwn) {
   Drive drive;
   for (int i = 0; i < 5; ++i) drive.Go(0, 0);
   const KeyframeId first{drive.map().newest_keyframe().value + 1};
-  drive.Go(2, 0, /*by_dr=*/false, first);
-  const KeyframeId of_piece = drive.Go(2, 0.01, true, first);
+  drive.Go(2, 0, 0, first);
+  const KeyframeId of_piece = drive.Go(2, 0.01, 0, first);
   EXPECT_NEAR(FloorLevels(drive.map(), kT_BC).Of(of_piece)->z_W, 2.01, 0.011);
 }
 

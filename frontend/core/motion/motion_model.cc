@@ -157,15 +157,13 @@ std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
 }
 
 std::optional<DrHeight> MotionModel::Height(Utime utime) const {
-  if (!DrInLocalBa(variant_) || !dr_trusted() || !dr_weight_.Departs(Departure::kFloor)) {
-    return std::nullopt;
-  }
+  if (!DrInLocalBa(variant_) || !dr_weight_.Departs(Departure::kFloor)) return std::nullopt;
   const auto T_OB = dr_.PoseAt(utime, kMaxExtrapolation);
   if (!T_OB) return std::nullopt;
   const Eigen::Vector3d up_B = T_OB->rotation().conjugate() * Eigen::Vector3d::UnitZ();
   const double variance = up_B.dot(dr_.newest().cov_T_OB.topLeftCorner<3, 3>() * up_B);
   if (!(variance > 0)) return std::nullopt;
-  return DrHeight{T_OB->translation().z(), variance};
+  return DrHeight{T_OB->translation().z(), variance, dr_.newest().reset_counter};
 }
 
 void MotionModel::Observe(const Seen& seen, const Motion& expected) {

@@ -1,8 +1,8 @@
 #include "backend/core/bundle/floor_level.h"
 
 #include <cmath>
-#include <vector>
 
+#include "common/core/chi_square.h"
 #include "common/core/median.h"
 
 namespace gw::backend {
@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kBegin = 5;  // keyframes at which a run begins
 
-bool GoesOn(const Keyframe& before, const Keyframe& after) {
+bool SameFloor(const Keyframe& before, const Keyframe& after) {
   return before.piece == after.piece && before.height->reset_counter == after.height->reset_counter;
 }
 
@@ -18,26 +18,32 @@ bool GoesOn(const Keyframe& before, const Keyframe& after) {
 
 FloorLevels::FloorLevels(const Map& map, const SE3& T_BC) : map_(map) {
   const SE3 T_CB = T_BC.inverse();
-  std::map<KeyframeId, std::vector<double>> offsets;
   for (const auto& [id, keyframe] : map.keyframes()) {
     const Keyframe& frame = keyframe.frame;
     if (!frame.height) continue;
+    const double level = (frame.T_WC * T_CB).translation().z() - frame.height->z;
     const auto before = run_of_.find(frame.previous);
-    const bool goes_on =
-        before != run_of_.end() && GoesOn(map.keyframes().at(frame.previous).frame, frame);
-    const KeyframeId run = goes_on ? before->second : id;
+    KeyframeId run = id;
+    if (before != run_of_.end() && SameFloor(map.keyframes().at(frame.previous).frame, frame)) {
+      const Run& so_far = runs_.at(before->second);
+      const double apart = level - so_far.level;
+      const bool contradicts = apart * apart > kChi2One999 * frame.height->variance;
+      if (so_far.begin.size() < kBegin || !contradicts) run = before->second;
+    }
     run_of_[id] = run;
-    if (offsets[run].size() == kBegin) continue;
-    offsets[run].push_back((frame.T_WC * T_CB).translation().z() - frame.height->z);
+    Run& grows = runs_[run];
+    if (grows.begin.size() == kBegin) continue;
+    grows.begin.push_back(level);
+    std::vector<double> sorted = grows.begin;
+    grows.level = MedianOf(&sorted);
   }
-  for (auto& [run, values] : offsets) level_[run] = MedianOf(&values);
 }
 
 std::optional<FloorLevels::Height> FloorLevels::Of(KeyframeId id) const {
   const auto run = run_of_.find(id);
   if (run == run_of_.end()) return std::nullopt;
   const DrHeight& height = *map_.FindKeyframe(id)->frame.height;
-  return Height{level_.at(run->second) + height.z, std::sqrt(height.variance)};
+  return Height{runs_.at(run->second).level + height.z, std::sqrt(height.variance)};
 }
 
 }  // namespace gw::backend

@@ -5,11 +5,14 @@
 // 3.5; docs/adr/0065-what-the-floor-holds.md). A run is a series of keyframes that follow each
 // other in time while DR goes on without a reset, all in one piece of the map. Within it the
 // heights in W and in O differ by one number, the level: the median over the keyframes at which the
-// run begins, where vision has not drifted yet, and one that is off does not decide.
+// run begins, where vision has not drifted yet, and one that is off does not decide. A keyframe
+// whose height contradicts that (99.9 %) begins another run: a lift, another floor, or a map that
+// is tilted, where many heights together would tear it.
 #pragma once
 
 #include <map>
 #include <optional>
+#include <vector>
 
 #include "backend/core/map/map.h"
 
@@ -28,9 +31,14 @@ class FloorLevels {
   std::optional<Height> Of(KeyframeId id) const;
 
  private:
+  struct Run {
+    std::vector<double> begin;  // the levels of its first keyframes, m
+    double level = 0;           // m
+  };
+
   const Map& map_;
-  std::map<KeyframeId, KeyframeId> run_of_;  // the first of it
-  std::map<KeyframeId, double> level_;       // m, by run
+  std::map<KeyframeId, KeyframeId> run_of_;  // by the first of it
+  std::map<KeyframeId, Run> runs_;
 };
 
 }  // namespace gw::backend

@@ -34,7 +34,7 @@ class Drive {
 TEST(FloorLevels, ARunKeepsTheLevelAtWhichItBegan) {
   Drive drive;
   for (int i = 0; i < 5; ++i) drive.Go(i == 2 ? 0.4 : 0.001 * i, 1.0);  // one that is off
-  const KeyframeId drifted = drive.Go(0.25, 1.02);
+  const KeyframeId drifted = drive.Go(0.06, 1.02);
   for (int i = 0; i < 20; ++i) drive.Go(0.3, 1.0);
   const auto height = FloorLevels(drive.map(), kT_BC).Of(drifted);
   ASSERT_TRUE(height);
@@ -59,6 +59,19 @@ TEST(FloorLevels, APieceHasALevelOfItsOwn) {
   drive.Go(2, 0, 0, first);
   const KeyframeId of_piece = drive.Go(2, 0.01, 0, first);
   EXPECT_NEAR(FloorLevels(drive.map(), kT_BC).Of(of_piece)->z_W, 2.01, 0.011);
+}
+
+TEST(FloorLevels, AnotherFloorHasItsOwn) {
+  Drive drive;
+  for (int i = 0; i < 5; ++i) drive.Go(0, 0);
+  const KeyframeId held = drive.Go(0.065, 0);  // sigma is 0.02
+  const KeyframeId after = drive.Go(0.067, 0);
+  for (int i = 0; i < 4; ++i) drive.Go(0.08, 0);
+  const KeyframeId later = drive.Go(0.1, 0);
+  const FloorLevels levels(drive.map(), kT_BC);
+  EXPECT_NEAR(levels.Of(held)->z_W, 0, 1e-12);
+  EXPECT_NEAR(levels.Of(after)->z_W, 0.08, 1e-12);
+  EXPECT_NEAR(levels.Of(later)->z_W, 0.08, 1e-12);
 }
 
 TEST(FloorLevels, WithoutAHeightNothingIsHeld) {

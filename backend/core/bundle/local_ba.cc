@@ -14,7 +14,6 @@
 #include "backend/core/bundle/ceres_blocks.h"
 #include "backend/core/bundle/landmark_fit.h"
 #include "backend/core/bundle/window_solver.h"
-#include "common/core/chi_square.h"
 #include "common/core/robust_loss.h"
 #include "common/good_weights/edge_covariance.h"
 
@@ -32,9 +31,6 @@ constexpr double kTooVague = 1.0 / 3;
 // Where every landmark sits in its own minimum, whole Gauss-Newton steps are good; shorter ones
 // hold back the soft bends of the map, which are all that is left to mend.
 constexpr double kWholeSteps = 1e8;  // trust region radius
-
-// Beyond it the cost of a height grows no more as a square: the robot is on another floor.
-constexpr double kHeightRadius2 = kChi2One999;
 
 // What counts of an observation.
 enum class Use : uint8_t { kNothing, kPixel, kPixelAndDepth };
@@ -108,7 +104,6 @@ class StopWhenAsked final : public ceres::IterationCallback {
 // The costs of dead reckoning in a job, and what they share.
 struct DrCosts {
   ceres::CauchyLoss loss = ceres::CauchyLoss(std::sqrt(kDrRadius2));
-  ceres::CauchyLoss height_loss = ceres::CauchyLoss(std::sqrt(kHeightRadius2));
   std::deque<HeightCost> heights;
   std::deque<RelativePoseCost> relative;  // deques: the costs cannot be moved
   std::deque<ScaledMotionCost> scaled;
@@ -141,7 +136,7 @@ bool SolveWindow(const LocalBaJob& job, const StopCondition& stop, State& state,
   }
   for (const auto& height : job.heights) {
     costs.heights.emplace_back(job.camera.T_BC, height.z_W, height.sigma);
-    solver.AddCost(&costs.heights.back(), &costs.height_loss, {height.keyframe});
+    solver.AddCost(&costs.heights.back(), nullptr, {height.keyframe});
   }
   std::vector<WindowSolver::Sight> sights;
   for (size_t i = 0; i < job.observations.size();) {
@@ -214,8 +209,7 @@ bool SolveWhole(const LocalBaJob& job, const ceres::Manifold& manifold, const St
   }
   for (const auto& height : job.heights) {
     costs.heights.emplace_back(job.camera.T_BC, height.z_W, height.sigma);
-    problem.AddResidualBlock(&costs.heights.back(), &costs.height_loss,
-                             state.poses[height.keyframe].data());
+    problem.AddResidualBlock(&costs.heights.back(), nullptr, state.poses[height.keyframe].data());
   }
   if (!costs.scaled.empty()) {
     costs.scale_prior.emplace(job.dr_scale_sigma);
@@ -277,7 +271,7 @@ double Cost(const LocalBaJob& job, const State& state) {
   for (const auto& height : job.heights) {
     const SE3 T_WB = (job.camera.T_BC * T_CW[height.keyframe]).inverse();
     const double sigmas = (T_WB.translation().z() - height.z_W) / height.sigma;
-    cost += CauchyCost(sigmas * sigmas, kHeightRadius2);
+    cost += sigmas * sigmas;
   }
   if (job.dr_scale_sigma > 0) {
     cost += (state.dr_scale_error / job.dr_scale_sigma).squaredNorm();

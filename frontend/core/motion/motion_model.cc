@@ -19,9 +19,15 @@ constexpr double kCoastingSigmaTranslation = 0.010;  // m
 
 }  // namespace
 
+// Synthetic DR is that of a camera in a hand.
+bool MotionModel::OnFloor() const {
+  return DrInLocalBa(variant_) && dr_weight_.Departs(Departure::kFloor) && !dr_.empty() &&
+         !dr_.newest().synthetic;
+}
+
 SE3 MotionModel::FirstPose(Utime utime) const {
   SE3 T_WB;
-  if (DrPredicts(variant_) && !dr_.empty() && dr_.newest().gravity_aligned) {
+  if (DrPredicts(variant_) && !dr_.empty() && dr_.newest().gravity_aligned && !OnFloor()) {
     if (const auto T_OB = dr_.PoseAt(utime, kMaxExtrapolation)) {
       const Eigen::Matrix3d R = T_OB->rotation().toRotationMatrix();
       const double yaw = std::atan2(R(1, 0), R(0, 0));
@@ -157,7 +163,7 @@ std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
 }
 
 std::optional<DrHeight> MotionModel::Height(Utime utime) const {
-  if (!DrInLocalBa(variant_) || !dr_weight_.Departs(Departure::kFloor)) return std::nullopt;
+  if (!OnFloor()) return std::nullopt;
   const auto T_OB = dr_.PoseAt(utime, kMaxExtrapolation);
   if (!T_OB) return std::nullopt;
   const Eigen::Vector3d up_B = T_OB->rotation().conjugate() * Eigen::Vector3d::UnitZ();

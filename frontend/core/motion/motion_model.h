@@ -133,6 +133,7 @@ class MotionModel {
     DrNoise noise;  // of T_BaBb; body frame
   };
   std::optional<Calibrated> DrBetween(Utime a, Utime b) const;
+  bool OnFloor() const;  // DR is that of a robot on wheels, and counts as such
   DrNoise OrNominal(DrNoise told, DurationUs length) const;
   void CompareWithVision(const Seen& seen);
   void TakeOutConstant();

@@ -123,12 +123,12 @@ struct StepResiduals {
     const Vector given_p = given_T_BC.translation().cast<T>();
     const Vector p_X(given_p.x() + p[kX], given_p.y() + p[kY], given_p.z());
     const Quaternion q_B = q_X * step.T_CaCb.rotation().cast<T>() * q_X.conjugate();
-    const Vector way_C = step.T_CaCb.translation().cast<T>() * (T(1) - p[kVisionWay]);
-    const Vector p_B = q_X * way_C + p_X - q_B * p_X;
+    const Vector p_B = q_X * step.T_CaCb.translation().cast<T>() +
+                       (T(1) + p[kVisionWay]) * (p_X - q_B * p_X);
     // Rotation vector of a turn that is mostly about z, below half a turn.
     const T norm = ceres::sqrt(q_B.vec().squaredNorm() + T(1e-18));
     const T angle = T(2) * ceres::atan2(norm, q_B.w());
-    const Vector turn = q_B.vec() * (angle / norm) * (T(1) - p[kVisionTurn]);
+    const Vector turn = q_B.vec() * (angle / norm);
     const double seconds = (step.end - step.begin).seconds();
     const T wheel_turn = p[kWheelTurn] * (sensors.turn.At(step.end, p[kWheelDelay]) -
                                           sensors.turn.At(step.begin, p[kWheelDelay]));
@@ -136,17 +136,22 @@ struct StepResiduals {
                                   sensors.way.At(step.begin, p[kWheelDelay]));
     const T half = turn.z() / 2.0;
     const T chord = way * (T(1) - half * half / 6.0);  // sin(a)/a; a below 0.5 in a step
-    r[0] = p_B.x() - chord * ceres::cos(half);
-    r[1] = p_B.y() - chord * ceres::sin(half);
+    // In vision's own metres and radians: divided by what vision tells too large, the residuals
+    // would shrink with it, and the prior would be pulled towards larger values.
+    const T vision_way = T(1) + p[kVisionWay], vision_turn = T(1) + p[kVisionTurn];
+    r[0] = p_B.x() - vision_way * chord * ceres::cos(half);
+    r[1] = p_B.y() - vision_way * chord * ceres::sin(half);
     r[2] = p_B.z();
     r[3] = turn.x();
     r[4] = turn.y();
-    r[5] = sensors.has_wheels ? turn.z() - wheel_turn : T(0);
-    r[6] = sensors.has_gyro ? turn.z() -
-                                  p[kGyroTurn] * (sensors.gyro.At(step.end, p[kGyroDelay]) -
-                                                  sensors.gyro.At(step.begin, p[kGyroDelay])) +
-                                  p[kGyroBias] * seconds
-                            : T(0);
+    r[5] = sensors.has_wheels ? turn.z() - vision_turn * wheel_turn : T(0);
+    r[6] = T(0);
+    if (sensors.has_gyro) {
+      const T gyro_turn = p[kGyroTurn] * (sensors.gyro.At(step.end, p[kGyroDelay]) -
+                                          sensors.gyro.At(step.begin, p[kGyroDelay])) -
+                          p[kGyroBias] * seconds;
+      r[6] = turn.z() - vision_turn * gyro_turn;
+    }
   }
 };
 

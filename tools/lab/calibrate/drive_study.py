@@ -112,7 +112,7 @@ def run_drive(binaries, folder, seed, seconds, keep):
     visit = list(range(6))
     rng.shuffle(visit)
     os.makedirs(folder, exist_ok=True)
-    if not keep or not os.path.exists(f"{folder}/good.yaml"):
+    if not keep or not os.path.exists(f"{folder}/good.lcm"):
         record(binaries, folder, seed, seconds, visit)
     errors = draw(rng)
     write(f"{folder}/spoilt.lcm", spoil(read(f"{folder}/good.lcm"), errors))

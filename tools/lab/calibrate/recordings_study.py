@@ -54,7 +54,8 @@ def planar_sums(log):
 
 
 def wheel_truth(events, truth):
-    """Scales of way and turn (true over measured) and delay (s) of the wheels, by least squares over steps of half a second."""
+    """Scales of way and turn (true over measured) and delay (s) of the wheels, by least squares over steps of half a second; the delay
+    is that of both together, each weighted by what is left of it."""
     wheels = [message for _, channel, message in events if channel == "WHEEL"]
     time = np.array([m.utime for m in wheels]) * 1e-6
     way, turn = np.cumsum([m.dx for m in wheels]), np.cumsum([m.dyaw for m in wheels])
@@ -62,12 +63,12 @@ def wheel_truth(events, truth):
     grid = np.arange(t[0] + 0.1, t[-1] - 0.1, 0.5)
 
     def fit(delay):
-        residual, scales = 0, []
-        for measured, true, weight in ((way, true_way, 1 / 0.002), (turn, true_turn, 1 / 0.005)):
+        cost, scales = 0, []
+        for measured, true in ((way, true_way), (turn, true_turn)):
             a, b = np.diff(np.interp(grid + delay, time, measured)), np.diff(np.interp(grid, t, true))
             scales.append(a @ b / (a @ a))
-            residual += np.sum(np.square((b - scales[-1] * a) * weight))
-        return residual, scales
+            cost += np.log(np.mean(np.square(b - scales[-1] * a)))
+        return cost, scales
     costs = [fit(delay)[0] for delay in DELAYS]
     low = int(np.clip(np.argmin(costs), 1, len(DELAYS) - 2))
     curve = np.polyfit(DELAYS[low - 1:low + 2], costs[low - 1:low + 2], 2)

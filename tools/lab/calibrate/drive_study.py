@@ -107,13 +107,17 @@ def calibrate(binaries, folder):
 
 
 def run_drive(binaries, folder, seed, seconds, keep):
-    """(true values, what was found), or None where gw-calibrate refused."""
+    """(true values, what was found), or None where the drive could not be made or gw-calibrate refused."""
     rng = np.random.default_rng(seed)
     visit = list(range(6))
     rng.shuffle(visit)
     os.makedirs(folder, exist_ok=True)
     if not keep or not os.path.exists(f"{folder}/good.lcm"):
-        record(binaries, folder, seed, seconds, visit)
+        try:
+            record(binaries, folder, seed, seconds, visit)
+        except subprocess.CalledProcessError as error:
+            print(f"drive {seed}: {error.stderr.decode().strip().splitlines()[-1]}", flush=True)
+            return None
     errors = draw(rng)
     write(f"{folder}/spoilt.lcm", spoil(read(f"{folder}/good.lcm"), errors))
     with open(f"{folder}/good.yaml", encoding="utf-8") as f:

@@ -18,13 +18,16 @@ constexpr double kDegrees = 180 / M_PI;
 constexpr DurationUs kStep = Milliseconds(500);
 constexpr DurationUs kLongestHole = Milliseconds(350);  // between images that vision placed
 constexpr int kFewestSteps = 20;
-// The quantities, the gyro's bias, and by how much of them vision tells turns and ways too large.
-constexpr int kParameters = 13;
+// The quantities, the gyro's bias, by how much of them vision tells turns and ways too large, and
+// by how much (rad, about the camera's x axis) the direction of its ways is off.
+constexpr int kParameters = 14;
 constexpr int kGyroBias = kNumQuantities;
-constexpr int kVisionTurn = kGyroBias + 1, kVisionWay = kGyroBias + 2;
-// Standard deviations of these two before the drive, which cannot tell them from the scales of the
-// sensors. A thousandth is what a good calibration leaves of the focal length, which scales both;
-// it is also what twenty drives show (docs/results.md, "Robots: bags, calibration, health").
+constexpr int kVisionTurn = kGyroBias + 1, kVisionWay = kGyroBias + 2, kVisionUp = kGyroBias + 3;
+// Standard deviations of these three before the drive, which cannot tell them from the scales of
+// the sensors and the camera's pitch. A thousandth is what a good calibration leaves of the focal
+// length, which scales turns and ways, and it is what twenty drives show of all three
+// (docs/results.md, "Robots: bags, calibration, health"). Directions are off up and down alone: the
+// floor is below the camera and the walls are above, whereas left and right take turns.
 constexpr double kVisionSigma = 1e-3;
 constexpr int kKinds = 7;  // of residuals
 
@@ -123,12 +126,13 @@ struct StepResiduals {
     const Vector given_p = given_T_BC.translation().cast<T>();
     const Vector p_X(given_p.x() + p[kX], given_p.y() + p[kY], given_p.z());
     const Quaternion q_B = q_X * step.T_CaCb.rotation().cast<T>() * q_X.conjugate();
-    const Vector way_C = step.T_CaCb.translation().cast<T>() * (T(1) - p[kVisionWay]);
-    const Vector p_B = q_X * way_C + p_X - q_B * p_X;
+    const Vector way_C =
+        exp(Vector(p[kVisionUp], T(0), T(0))) * step.T_CaCb.translation().cast<T>();
+    const Vector p_B = q_X * way_C + (T(1) + p[kVisionWay]) * (p_X - q_B * p_X);
     // Rotation vector of a turn that is mostly about z, below half a turn.
     const T norm = ceres::sqrt(q_B.vec().squaredNorm() + T(1e-18));
     const T angle = T(2) * ceres::atan2(norm, q_B.w());
-    const Vector turn = q_B.vec() * (angle / norm) * (T(1) - p[kVisionTurn]);
+    const Vector turn = q_B.vec() * (angle / norm);
     const double seconds = (step.end - step.begin).seconds();
     const T wheel_turn = p[kWheelTurn] * (sensors.turn.At(step.end, p[kWheelDelay]) -
                                           sensors.turn.At(step.begin, p[kWheelDelay]));
@@ -136,17 +140,22 @@ struct StepResiduals {
                                   sensors.way.At(step.begin, p[kWheelDelay]));
     const T half = turn.z() / 2.0;
     const T chord = way * (T(1) - half * half / 6.0);  // sin(a)/a; a below 0.5 in a step
-    r[0] = p_B.x() - chord * ceres::cos(half);
-    r[1] = p_B.y() - chord * ceres::sin(half);
+    // In vision's own metres and radians: divided by what vision tells too large, the residuals
+    // would shrink with it, and the prior would be pulled towards larger values.
+    const T vision_way = T(1) + p[kVisionWay], vision_turn = T(1) + p[kVisionTurn];
+    r[0] = p_B.x() - vision_way * chord * ceres::cos(half);
+    r[1] = p_B.y() - vision_way * chord * ceres::sin(half);
     r[2] = p_B.z();
     r[3] = turn.x();
     r[4] = turn.y();
-    r[5] = sensors.has_wheels ? turn.z() - wheel_turn : T(0);
-    r[6] = sensors.has_gyro ? turn.z() -
-                                  p[kGyroTurn] * (sensors.gyro.At(step.end, p[kGyroDelay]) -
-                                                  sensors.gyro.At(step.begin, p[kGyroDelay])) +
-                                  p[kGyroBias] * seconds
-                            : T(0);
+    r[5] = sensors.has_wheels ? turn.z() - vision_turn * wheel_turn : T(0);
+    r[6] = T(0);
+    if (sensors.has_gyro) {
+      const T gyro_turn = p[kGyroTurn] * (sensors.gyro.At(step.end, p[kGyroDelay]) -
+                                          sensors.gyro.At(step.begin, p[kGyroDelay])) -
+                          p[kGyroBias] * seconds;
+      r[6] = turn.z() - vision_turn * gyro_turn;
+    }
   }
 };
 
@@ -163,11 +172,8 @@ struct StepCost {
   }
 };
 
-std::vector<Step> MakeSteps(const std::vector<CameraPose>& vision, const Sensors& sensors,
-                            const Calibration& given) {
-  const DurationUs margin = Milliseconds(300);  // that a delay may be found to be
-  const DurationUs wheel = DurationFromSeconds(given.wheel.time_offset_s);
-  const DurationUs gyro = DurationFromSeconds(given.imu.time_offset_s);
+// Ways and turns between images that vision placed without a break.
+std::vector<Step> StepsOfVision(const std::vector<CameraPose>& vision) {
   std::vector<Step> steps;
   std::optional<size_t> open;
   for (size_t i = 0; i < vision.size(); ++i) {
@@ -180,15 +186,52 @@ std::vector<Step> MakeSteps(const std::vector<CameraPose>& vision, const Sensors
       continue;
     }
     if (vision[i].utime - vision[*open].utime < kStep) continue;
-    const Step step{vision[*open].utime, vision[i].utime,
-                    vision[*open].T_WC.inverse() * vision[i].T_WC};
+    steps.push_back(
+        {vision[*open].utime, vision[i].utime, vision[*open].T_WC.inverse() * vision[i].T_WC});
     open = i;
-    if (!sensors.way.Covers(step.begin + wheel - margin, step.end + wheel + margin)) continue;
-    if (sensors.has_gyro &&
-        !sensors.gyro.Covers(step.begin + gyro - margin, step.end + gyro + margin)) {
-      continue;
-    }
-    steps.push_back(step);
+  }
+  return steps;
+}
+
+// Takes out what `curve` does not cover at any delay that may be found; the number that is left.
+int KeepCovered(const Curve& curve, double time_offset_s, std::vector<Step>* steps) {
+  const DurationUs margin = Milliseconds(300);
+  const DurationUs offset = DurationFromSeconds(time_offset_s);
+  std::erase_if(*steps, [&](const Step& step) {
+    return !curve.Covers(step.begin + offset - margin, step.end + offset + margin);
+  });
+  return static_cast<int>(steps->size());
+}
+
+// The steps that all sensors tell. Error: which of them tells too few.
+Result<std::vector<Step>> MakeSteps(const std::vector<CameraPose>& vision, const Sensors& sensors,
+                                    const Calibration& given) {
+  const auto too_few = [](int steps, const std::string& what) {
+    return Error{ErrorCode::kBadData, what + " for " + std::to_string(steps) +
+                                          " steps of half a second (" +
+                                          std::to_string(kFewestSteps) + " are needed): "};
+  };
+  std::vector<Step> steps = StepsOfVision(vision);
+  if (std::ssize(steps) < kFewestSteps) {
+    const auto seen = std::count_if(vision.begin(), vision.end(),
+                                    [](const CameraPose& pose) { return pose.seen; });
+    Error error = too_few(static_cast<int>(steps.size()), "vision told the camera's motion only");
+    error.message += "it placed " + std::to_string(seen) + " of " + std::to_string(vision.size()) +
+                     " images; drive for a minute, past textured things, with light";
+    return error;
+  }
+  if (const int left = KeepCovered(sensors.way, given.wheel.time_offset_s, &steps);
+      left < kFewestSteps) {
+    Error error = too_few(left, "images and wheels are there together only");
+    error.message += "is the wheels' clock that of the images (gw-check)?";
+    return error;
+  }
+  if (!sensors.has_gyro) return steps;
+  if (const int left = KeepCovered(sensors.gyro, given.imu.time_offset_s, &steps);
+      left < kFewestSteps) {
+    Error error = too_few(left, "images and gyro are there together only");
+    error.message += "is the IMU's clock that of the images (gw-check)?";
+    return error;
   }
   return steps;
 }
@@ -215,6 +258,7 @@ struct VisionPrior {
   bool operator()(const T* p, T* r) const {
     r[0] = p[kVisionTurn] / kVisionSigma;
     r[1] = p[kVisionWay] / kVisionSigma;
+    r[2] = p[kVisionUp] / kVisionSigma;
     return true;
   }
 };
@@ -257,7 +301,7 @@ Normal Solve(const std::vector<Step>& steps, const Sensors& sensors, const SE3& 
         new ceres::CauchyLoss(std::sqrt(18.48)), p);
   }
   problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<VisionPrior, 2, kParameters>(new VisionPrior), nullptr, p);
+      new ceres::AutoDiffCostFunction<VisionPrior, 3, kParameters>(new VisionPrior), nullptr, p);
   if (!constant.empty()) {
     problem.SetManifold(p, new ceres::SubsetManifold(kParameters, constant));
   }
@@ -354,12 +398,9 @@ Result<DriveCalibration> CalibrateDrive(const std::vector<CameraPose>& vision,
     return Error{ErrorCode::kBadData,
                  "the drive has no wheel samples: nothing tells where ahead is"};
   }
-  const std::vector<Step> steps = MakeSteps(vision, sensors, given);
-  if (std::ssize(steps) < kFewestSteps) {
-    return Error{ErrorCode::kBadData,
-                 "vision, wheels and gyro have only " + std::to_string(steps.size()) +
-                     " steps of half a second in common; drive for a minute past textured things"};
-  }
+  const Result<std::vector<Step>> common = MakeSteps(vision, sensors, given);
+  if (!common) return common.error();
+  const std::vector<Step>& steps = *common;
   std::array<double, kParameters> p{};
   p[kWheelWay] = p[kWheelTurn] = p[kGyroTurn] = 1;
   p[kWheelDelay] = given.wheel.time_offset_s;
@@ -377,17 +418,27 @@ Result<DriveCalibration> CalibrateDrive(const std::vector<CameraPose>& vision,
   found.quantities = Describe(p.data(), SigmasOf(information));
   found.noise = noise;
   found.steps = static_cast<int>(steps.size());
-  for (const Step& step : steps) {
-    found.way_m += step.T_CaCb.translation().norm();
-    found.turn_rad += LogSO3(step.T_CaCb.rotation()).norm();
-  }
   const auto& q = found.quantities;
   const auto use = [&](int i) {
     return q[static_cast<size_t>(i)].determined() ? p[static_cast<size_t>(i)] : 0.0;
   };
   found.T_BC = SE3(ExpSO3({use(kRoll), use(kPitch), use(kYaw)}) * T_BC.rotation(),
                    T_BC.translation() + Eigen::Vector3d(use(kX), use(kY), 0));
+  for (const Step& step : steps) {
+    const SE3 T_BaBb = found.T_BC * step.T_CaCb * found.T_BC.inverse();
+    found.way_m += T_BaBb.translation().norm();
+    found.turn_rad += LogSO3(T_BaBb.rotation()).norm();
+  }
   return found;
+}
+
+std::string MissingMotion(const DriveCalibration& found) {
+  // A robot that stands has a way of some decimetres and a turn of some degrees by noise alone.
+  const bool drove = found.way_m >= 1, turned = found.turn_rad >= M_PI / 2;
+  if (drove && turned) return "";
+  if (drove) return "the robot drove without turning: turn by half a circle each way, ten times";
+  if (turned) return "the robot turned on the spot alone: drive straight for 5 m, and curves";
+  return "the robot stood: drive for a minute, straight ways of 5 m and figures of eight";
 }
 
 Calibration Corrected(const Calibration& given, const DriveCalibration& found) {

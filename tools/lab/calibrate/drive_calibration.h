@@ -8,7 +8,8 @@
 //   yaw    the wheels' turn (scaled), and the gyro's (scaled, with a bias), each at its own time.
 // Least squares over all of these (Ceres), robust against slip; the noise of each kind of residual
 // is measured from the residuals themselves, so that the covariance is that of this drive; what
-// vision tells wrong by a constant factor, and no drive can show, is a parameter with a prior.
+// vision tells wrong all the time, and no drive can show (a factor of its turns and of its ways, a
+// direction of its ways that is too high), is a parameter with a prior.
 #pragma once
 
 #include <array>
@@ -59,14 +60,18 @@ struct DriveCalibration {
   std::array<Quantity, kNumQuantities> quantities;
   SE3 T_BC;                        // as estimated; what is undetermined stays as it was given
   int steps = 0;                   // of half a second that were used
-  double way_m = 0, turn_rad = 0;  // driven in them
+  double way_m = 0, turn_rad = 0;  // of the body in them, whichever way
   // Standard deviation of one step's residuals: x, y, z in m, roll, pitch, yaw by wheels, yaw by
   // gyro in rad.
   std::array<double, 7> noise{};
 };
 
+// What the robot did too little of for a calibration, and what to drive; empty when it did both.
+std::string MissingMotion(const DriveCalibration& found);
+
 // Height of the camera above the floor is not told by driving on it and stays as given. Error:
-// kBadData when vision, wheels and gyro have too little in common.
+// kBadData when vision tells too little or wheels or gyro have too little in common with it, and
+// which of them it is.
 Result<DriveCalibration> CalibrateDrive(const std::vector<CameraPose>& vision,
                                         const std::vector<WheelSample>& wheels,
                                         const std::vector<ImuSample>& imu,

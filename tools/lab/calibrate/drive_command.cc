@@ -41,7 +41,22 @@ std::string ReportText(const DriveCalibration& found) {
                                            "%d known, but not yet as well as is wanted; %d not "
                                            "determined, which stay as they were\n",
                                            coarse, undetermined);
+  if (const std::string missing = MissingMotion(found); !missing.empty()) text += missing + "\n";
   return text;
+}
+
+// What the configuration has of the wheels' scales.
+std::string WheelText(const Quantity& way, const Quantity& turn) {
+  if (!way.determined()) return "; ticks_per_metre and track_width_m stay as they were";
+  if (!turn.determined()) {
+    return Format(
+        "; ticks_per_metre for a driver that counts ticks (times %.4f); track_width_m "
+        "stays as it was",
+        1 / way.value);
+  }
+  return Format(
+      "; ticks_per_metre and track_width_m for a driver that counts ticks (times %.4f and %.4f)",
+      1 / way.value, way.value / turn.value);
 }
 
 }  // namespace
@@ -51,6 +66,12 @@ Result<Done> RunDrive(const DriveOptions& options) {
   if (!config) return config.error();
   const Result<RawMotion> motion = ReadMotion(options.log);
   if (!motion) return motion.error();
+  if (motion->images == 0) {
+    return Error{ErrorCode::kBadData,
+                 options.log +
+                     " has no images: the camera tells what wheels and gyro are off by, and where "
+                     "it is itself; record the drive with the camera on"};
+  }
   const Result<check::VisionRun> vision = check::RunVision(options.log, *config);
   if (!vision) return vision.error();
   std::vector<CameraPose> poses;
@@ -68,10 +89,8 @@ Result<Done> RunDrive(const DriveOptions& options) {
       WriteCommented(options.config_out, "gw-calibrate drive " + options.log, report, *config);
   if (!written) return written.error();
   std::fputs(report.c_str(), stdout);
-  std::printf(
-      "%s: T_BC and time offsets; ticks_per_metre and track_width_m for a driver that counts "
-      "ticks (times %.4f and %.4f)\n",
-      options.config_out.c_str(), 1 / way.value, way.value / turn.value);
+  std::printf("%s: T_BC and time offsets%s\n", options.config_out.c_str(),
+              WheelText(way, turn).c_str());
   return Done{};
 }
 

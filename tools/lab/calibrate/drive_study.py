@@ -1,4 +1,4 @@
-"""drive_study.py BIN [--drives N] [--seconds S] [--keep DIR]: gw-calibrate drive on simulated drives with random errors.
+"""drive_study.py BIN [--drives N] [--first SEED] [--seconds S] [--keep DIR]: gw-calibrate drive on simulated drives with random errors.
 
 Each drive (40 s through an office, stereo, another way and another seed) is spoilt by errors that are known: the camera's rotation and
 place in the configuration (3 deg, 5 cm), scales of way, turn (as a track that is x0.4 to x2.5) and gyro (3 %), delays of wheels and IMU
@@ -75,34 +75,63 @@ def record(binaries, folder, seed, seconds, visit):
                     f"{folder}/good.lcm", "--config-out", f"{folder}/good.yaml"], check=True, capture_output=True)
 
 
+class Errors:
+    """What a robot is off by: rotation (deg) and place (m) of its camera, scales (true over measured), delays (us)."""
+
+    def __init__(self, degrees, metres, way, gyro, track, wheel_us, gyro_us):
+        self.degrees, self.metres, self.way, self.gyro, self.track = degrees, metres, way, gyro, track
+        self.wheel_us, self.gyro_us = int(wheel_us), int(gyro_us)
+
+
+def draw(rng):
+    degrees, metres = rng.uniform(-3, 3, 3), np.append(rng.uniform(-0.05, 0.05, 2), 0)
+    way, gyro = rng.uniform(0.97, 1.03, 2)
+    track = np.exp(rng.uniform(np.log(0.4), np.log(2.5)))
+    return Errors(degrees, metres, way, gyro, track, *rng.integers(-50_000, 50_000, 2))
+
+
+def spoil(events, errors):
+    """The events as the wheels and the gyro with these errors tell them."""
+    events = scaled("WHEEL", 1 / errors.way, "dx", "dy")(scaled("WHEEL", 1 / errors.track, "dyaw")(events))
+    events = later("IMU", errors.gyro_us)(scaled("IMU", 1 / errors.gyro, "wx", "wy", "wz")(later("WHEEL", errors.wheel_us)(events)))
+    return each("WHEEL", lambda m, _: setattr(m, "has", False))(events)
+
+
+def calibrate(binaries, folder):
+    """(what was found in spoilt.lcm, None), or (None, what gw-calibrate says where it refuses)."""
+    done = subprocess.run([f"{binaries}/gw-calibrate", "drive", f"{folder}/spoilt.lcm", "--config", f"{folder}/spoilt.yaml",
+                           "--config-out", f"{folder}/out.yaml"], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        return None, f"exit {done.returncode}: {done.stderr.strip().replace(folder + '/', '')}"
+    return parse(done.stdout), None
+
+
 def run_drive(binaries, folder, seed, seconds, keep):
-    """(true values, what was found), or None where gw-calibrate refused."""
+    """(true values, what was found), or None where the drive could not be made or gw-calibrate refused."""
     rng = np.random.default_rng(seed)
     visit = list(range(6))
     rng.shuffle(visit)
     os.makedirs(folder, exist_ok=True)
-    if not keep or not os.path.exists(f"{folder}/good.yaml"):
-        record(binaries, folder, seed, seconds, visit)
-    degrees, metres = rng.uniform(-3, 3, 3), np.append(rng.uniform(-0.05, 0.05, 2), 0)
-    way, gyro = rng.uniform(0.97, 1.03, 2)
-    track = np.exp(rng.uniform(np.log(0.4), np.log(2.5)))
-    wheel_us, gyro_us = rng.integers(-50_000, 50_000, 2)
-    events = read(f"{folder}/good.lcm")
-    events = later("WHEEL", int(wheel_us))(scaled("WHEEL", 1 / way, "dx", "dy")(scaled("WHEEL", 1 / track, "dyaw")(events)))
-    events = later("IMU", int(gyro_us))(scaled("IMU", 1 / gyro, "wx", "wy", "wz")(events))
-    write(f"{folder}/spoilt.lcm", each("WHEEL", lambda m, _: setattr(m, "has", False))(events))
+    if not keep or not os.path.exists(f"{folder}/good.lcm"):
+        try:
+            record(binaries, folder, seed, seconds, visit)
+        except subprocess.CalledProcessError as error:
+            print(f"drive {seed}: {error.stderr.decode().strip().splitlines()[-1]}", flush=True)
+            return None
+    errors = draw(rng)
+    write(f"{folder}/spoilt.lcm", spoil(read(f"{folder}/good.lcm"), errors))
     with open(f"{folder}/good.yaml", encoding="utf-8") as f:
         text = f.read()
     with open(f"{folder}/spoilt.yaml", "w", encoding="utf-8") as f:
-        f.write(misplace(text, degrees, metres))
+        f.write(misplace(text, errors.degrees, errors.metres))
     stated = re.search(r"wheel:.*?time_offset_s: ([\d.]+)", text, re.DOTALL)
-    truth = [*degrees, *metres[:2], way, track, gyro, (float(stated.group(1)) if stated else 0) + wheel_us * 1e-6, gyro_us * 1e-6]
-    done = subprocess.run([f"{binaries}/gw-calibrate", "drive", f"{folder}/spoilt.lcm", "--config", f"{folder}/spoilt.yaml",
-                           "--config-out", f"{folder}/out.yaml"], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        print(f"drive {seed}: gw-calibrate: exit {done.returncode}: {done.stderr.strip()}", flush=True)
+    truth = [*errors.degrees, *errors.metres[:2], errors.way, errors.track, errors.gyro,
+             (float(stated.group(1)) if stated else 0) + errors.wheel_us * 1e-6, errors.gyro_us * 1e-6]
+    found, refusal = calibrate(binaries, folder)
+    if found is None:
+        print(f"drive {seed}: {refusal}", flush=True)
         return None
-    return truth, parse(done.stdout)
+    return truth, found
 
 
 class Tally:
@@ -141,20 +170,8 @@ def add_drive(tallies, truth, found):
     return " ".join(line)
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("binaries")
-    parser.add_argument("--drives", type=int, default=20)
-    parser.add_argument("--seconds", type=int, default=40)
-    parser.add_argument("--keep", help="folder for the recordings, a subfolder a drive; those that are there are used again")
-    arguments = parser.parse_args()
-    tallies = [Tally() for _ in QUANTITIES]
-    with tempfile.TemporaryDirectory() as temporary:
-        for seed in range(arguments.drives):
-            folder = f"{arguments.keep}/{seed}" if arguments.keep else temporary
-            result = run_drive(arguments.binaries, folder, seed, arguments.seconds, bool(arguments.keep))
-            if result is not None:
-                print(f"drive {seed}: {add_drive(tallies, *result)}", flush=True)
+def print_table(tallies):
+    """Prints the table and its sum; the exit code."""
     print("| quantity | RMSE (wanted) | within, said to be known | within, said to be coarse | undetermined | inside 90 % |")
     print("| --- | --- | --- | --- | --- | --- |")
     for name, wanted, tally in zip(QUANTITIES, WANTED, tallies):
@@ -163,7 +180,25 @@ def main():
         sum(getattr(t, k) for t in tallies) for k in ("exact", "exact_within", "coarse", "coarse_within", "inside", "silent"))
     print(f"{within} of {exact} that are said to be known are within what is wanted, {coarse_within} of {coarse} of the coarse ones; "
           f"{inside} of {exact + coarse} inside 90 %, {silent} said to be undetermined")
-    sys.exit(1 if exact == 0 or within < 0.8 * exact or inside < 0.8 * (exact + coarse) else 0)
+    return 1 if exact == 0 or within < 0.8 * exact or inside < 0.8 * (exact + coarse) else 0
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("binaries")
+    parser.add_argument("--drives", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0, help="seed of the first drive")
+    parser.add_argument("--seconds", type=int, default=40)
+    parser.add_argument("--keep", help="folder for the recordings, a subfolder a drive; those that are there are used again")
+    arguments = parser.parse_args()
+    tallies = [Tally() for _ in QUANTITIES]
+    with tempfile.TemporaryDirectory() as temporary:
+        for seed in range(arguments.first, arguments.first + arguments.drives):
+            folder = f"{arguments.keep}/{seed}" if arguments.keep else temporary
+            result = run_drive(arguments.binaries, folder, seed, arguments.seconds, bool(arguments.keep))
+            if result is not None:
+                print(f"drive {seed}: {add_drive(tallies, *result)}", flush=True)
+    sys.exit(print_table(tallies))
 
 
 if __name__ == "__main__":

@@ -15,6 +15,8 @@ Result<RawMotion> ReadMotion(const std::string& log) {
       if (auto sample = wire::Decode<WheelSample>(event->data)) motion.wheels.push_back(*sample);
     } else if (event->channel == wire::kImu) {
       if (auto sample = wire::Decode<ImuSample>(event->data)) motion.imu.push_back(*sample);
+    } else if (event->channel == wire::kCamera) {
+      ++motion.images;
     }
   }
   if (reader->error()) return *reader->error();

@@ -1,4 +1,4 @@
-// The samples of wheels and IMU of a log, without its images.
+// The samples of wheels and IMU of a log; its images are counted.
 #pragma once
 
 #include <string>
@@ -12,6 +12,7 @@ namespace gw::calibrate {
 struct RawMotion {
   std::vector<WheelSample> wheels;
   std::vector<ImuSample> imu;
+  int images = 0;
 };
 
 // Error: kNotFound, kIo.

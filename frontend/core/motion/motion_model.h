@@ -44,8 +44,8 @@ class MotionModel {
   // False: not newer than the state before, refused.
   bool Push(const DrState& state);
 
-  // Pose of the first image: origin and heading of W are those of the body, roll and pitch are
-  // absolute where DR knows gravity.
+  // Pose of the first image: origin and heading of W are those of the body, and so are roll and
+  // pitch where DR is on a floor: W is level there. Else these are absolute, where DR knows gravity.
   SE3 FirstPose(Utime utime) const;
 
   // Between two images in a row. Always gives a motion; from_dr says whether DR covers the

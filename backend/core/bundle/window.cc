@@ -1,6 +1,7 @@
 #include "backend/core/bundle/window.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -114,12 +115,17 @@ void AddDrEdge(const MapKeyframe& to, const DrMotion& motion, const Matrix6d& co
                           motion.lever, SqrtInformation(cov), alpha});
 }
 
-void AddHeights(const Map& map, const MappingContext& context, LocalBaJob& job) {
+// Like any word of DR they count as vision lacks quality, and for no more than DR says of them.
+void AddHeights(const Map& map, const MappingContext& context, EdgeLacks& lacks, LocalBaJob& job) {
   const FloorLevels levels(map, context.camera.T_BC);
   for (size_t i = 0; i < job.keyframes.size(); ++i) {
     if (job.keyframes[i].fixed) continue;
     const auto height = levels.Of(job.keyframes[i].id);
-    if (height) job.heights.push_back({static_cast<int32_t>(i), height->z_W, height->sigma});
+    if (!height) continue;
+    const double q = 1.0 - lacks.Smoothed(job.keyframes[i].id);
+    const double alpha = std::min(EdgeScale(context.variant, q, context.dr_weight), 1.0);
+    if (!(alpha > 0)) continue;
+    job.heights.push_back({static_cast<int32_t>(i), height->z_W, height->sigma / std::sqrt(alpha)});
   }
 }
 
@@ -184,7 +190,7 @@ std::optional<LocalBaJob> CutLocalWindow(const Map& map, const MappingContext& c
     AddDrEdge(keyframe, motion, EdgeCovariance(motion, alpha, context.variant, context.dr_weight),
               alpha, index, job);
   }
-  AddHeights(map, context, job);
+  AddHeights(map, context, lacks, job);
   return job;
 }
 
@@ -218,7 +224,8 @@ std::optional<LocalBaJob> CutWholeMap(const Map& map, const MappingContext& cont
     const Matrix6d cov = WholeMapEdgeCovariance(motion, alpha, context.variant, context.dr_weight);
     AddDrEdge(keyframe, motion, cov, alpha, index, job);
   }
-  AddHeights(map, context, job);
+  EdgeLacks lacks(map, reference, context.dr_weight);
+  AddHeights(map, context, lacks, job);
   return job;
 }
 

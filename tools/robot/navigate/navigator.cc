@@ -147,7 +147,9 @@ void Navigator::SetMap(FloorMap map) {
   const auto ahead = leg_.begin() + static_cast<ptrdiff_t>(pursuit_->nearest());
   // Where the robot stands may be too near already: the way leads away from there.
   const auto first_free = std::find_if_not(ahead, leg_.end(), blocked);
-  if (std::any_of(first_free, leg_.end(), blocked)) phase_ = Phase::kPlan;
+  if (std::none_of(first_free, leg_.end(), blocked)) return;
+  phase_ = Phase::kPlan;
+  ++detours_;
 }
 
 void Navigator::Push(const std::optional<RobotPose>& pose) {
@@ -250,6 +252,7 @@ floorplan::Tour Navigator::WayOn(const FloorMap& map, double clearance) const {
 void Navigator::Plan(Utime now, Output* out) {
   const Stop& to = stops_[stop_];
   if (to.look_around) return BeginLook();
+  if (detours_ > kMaxDetours) return GoOn(EventKind::kUnreachable, "blocked", out);
   const double clearance =
       std::min(to.clearance_m, stop_ > 0 ? stops_[stop_ - 1].clearance_m : to.clearance_m);
   floorplan::Tour way = WayOn(map_, clearance);

@@ -10,7 +10,7 @@ using floorplan::FloorMap;
 
 // A free cell beside which (at one of four sides) nothing is known.
 bool IsFrontier(const FloorMap& map, const std::vector<uint8_t>& open, int x, int y) {
-  if (map.Occupied(x, y) || map.Unknown(x, y)) return false;
+  if (map.Occupied(x, y) || map.Unknown(x, y) || open[map.index(x, y)] != 0) return false;
   const auto is_open = [&](int nx, int ny) {
     return map.InMap(nx, ny) && open[map.index(nx, ny)] != 0;
   };

@@ -8,6 +8,7 @@
 #include "tools/robot/explore/sight_rays.h"
 #include "tools/robot/explore/view_order.h"
 #include "tools/robot/explore/way_lengths.h"
+#include "tools/robot/floorplan/planner.h"
 
 namespace gw::navigate {
 namespace {
@@ -53,7 +54,7 @@ void Explorer::Take(const GridUpdate& update, Utime now) {
 void Explorer::BringMapUpToDate() {
   if (!tiles_changed_) return;
   tiles_changed_ = false;
-  map_ = tiles_.Map();
+  map_ = seen_ = tiles_.Map();
   for (const Eigen::Vector2d& p : assumed_free_) {
     const Eigen::Vector2i cell = map_.CellOf(p);
     if (map_.InMap(cell.x(), cell.y())) map_.unknown[map_.index(cell.x(), cell.y())] = 0;
@@ -62,7 +63,10 @@ void Explorer::BringMapUpToDate() {
 }
 
 explore::UnseenFloor Explorer::Unseen() const {
-  return explore::FindUnseenFloor(map_, vain_.On(map_), sight_, config_.robot_radius_m);
+  explore::UnseenFloor floor =
+      explore::FindUnseenFloor(seen_, vain_.On(seen_), sight_, config_.robot_radius_m);
+  floor.map = map_;
+  return floor;
 }
 
 // What of the floor is in view now, and is it seen?
@@ -153,7 +157,27 @@ void Explorer::LookAndGoOn(Utime now, Output* out) {
   if (num_explored_ == 0 && Enclosed()) {
     return Finish("enclosed where it stands: none of the floor that it sees can be driven to", out);
   }
-  navigator_.GoTo(*home_, config_.robot_radius_m + config_.clearance_m);
+  Return();
+}
+
+// To where it began, or, where that is nearer to something than it can drive, to the nearest place
+// beside it that it can reach.
+void Explorer::Return() {
+  floorplan::Waypoint place = *home_;
+  double clearance = config_.robot_radius_m;
+  for (const double room : {config_.clearance_m, std::min(kTightM, config_.clearance_m)}) {
+    clearance = config_.robot_radius_m + room;
+    const std::vector<float> way = explore::WayLengths(map_, pose_->position, clearance);
+    double apart = floorplan::kMaxStopMove;
+    for (int i = 0; i < static_cast<int>(way.size()); ++i) {
+      const Eigen::Vector2d p = map_.CentreOf(i % map_.width, i / map_.width);
+      if (!std::isfinite(way[i]) || (p - home_->position).norm() >= apart) continue;
+      apart = (p - home_->position).norm();
+      place.position = p;
+    }
+    if (apart < floorplan::kMaxStopMove) break;
+  }
+  navigator_.GoTo(place, clearance);
   phase_ = Phase::kReturn;
 }
 
@@ -204,7 +228,10 @@ void Explorer::Reconsider(Utime now) {
   const Found found = FindViews(floor);
   if (found.views.empty()) {
     // What was to be seen is seen. The look decides what comes next, from where it is.
-    if (phase_ == Phase::kGo) StopAndLook(now);
+    if (phase_ == Phase::kGo) {
+      ++num_explored_;
+      StopAndLook(now);
+    }
     return;
   }
   if (phase_ == Phase::kReturn) return GoTo(found, FirstOf(found));
@@ -213,6 +240,7 @@ void Explorer::Reconsider(Utime now) {
   if (worth_it && (target_.place.position - pose_->position).norm() < kNearlyThereM) return;
   const int first = FirstOf(found);
   const double apart = (found.views[first].place.position - target_.place.position).norm();
+  num_explored_ += worth_it ? 0 : 1;
   if (!worth_it || apart >= kSameViewM) GoTo(found, first);
 }
 
@@ -224,7 +252,7 @@ void Explorer::StopAndLook(Utime now) {
 
 void Explorer::CountLeft() {
   const explore::UnseenFloor floor =
-      explore::FindUnseenFloor(map_, {}, sight_, config_.robot_radius_m);
+      explore::FindUnseenFloor(seen_, {}, sight_, config_.robot_radius_m);
   num_left_ = static_cast<int>(explore::FindFrontiers(floor).size());
 }
 

@@ -12,7 +12,8 @@
 // was looked at in vain, or when beginning with another makes the way through all kKeepM shorter.
 //
 // The floor around the robot where it is put down, nearer than the camera sees, is taken for free
-// where floor is seen behind it (explore/blind_ring.h); nothing else that is unknown is entered.
+// where floor is seen behind it (explore/blind_ring.h), and is still to be seen: the next drive
+// begins there, on what GRID has. Nothing else that is unknown is entered.
 //
 // The frame M of its poses is W.
 #pragma once
@@ -56,8 +57,10 @@ class Explorer : public Driver {
   PoseState pose_state() const override { return navigator_.pose_state(); }
   std::string waits_for() const override { return waits_for_; }
 
-  int num_explored() const { return num_explored_; }  // frontiers that it went to and looked past
-  int num_left() const { return num_left_; }          // out of reach or not to be seen past
+  int num_explored() const {
+    return num_explored_;
+  }                                           // frontiers that it looked past, there or on the way
+  int num_left() const { return num_left_; }  // out of reach or not to be seen past
   // The floor map as it drives on it.
   const floorplan::FloorMap& map() const { return map_; }
 
@@ -82,6 +85,7 @@ class Explorer : public Driver {
   Found FindViews(const explore::UnseenFloor& floor) const;
   int FirstOf(const Found& found) const;
   void GoTo(const Found& found, int view);
+  void Return();
   void CountLeft();
   void Finish(const std::string& why_not, Output* out);
 
@@ -92,7 +96,8 @@ class Explorer : public Driver {
   bool tiles_changed_ = false;
   std::optional<Utime> grid_came_;
   std::optional<Utime> images_to_;  // in the floor map that came last and was not watched yet
-  floorplan::FloorMap map_;
+  floorplan::FloorMap seen_;        // as GRID has it
+  floorplan::FloorMap map_;         // with what is taken for free
   std::vector<Eigen::Vector2d> assumed_free_;
   explore::VainLooks vain_;
   std::vector<Eigen::Vector2d> barred_;

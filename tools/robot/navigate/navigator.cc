@@ -134,6 +134,7 @@ void Navigator::LookAround() {
 
 void Navigator::Drop() {
   if (!finished()) stops_.resize(stop_);
+  if (phase_ == Phase::kFollow) phase_ = Phase::kPlan;
 }
 
 void Navigator::SetMap(FloorMap map) {

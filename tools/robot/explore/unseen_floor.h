@@ -24,7 +24,6 @@ inline constexpr double kNearer = 0.5;
 inline constexpr float kNeverLookedAt = std::numeric_limits<float>::infinity();
 
 struct UnseenFloor {
-  // On which it drives: open cells may be taken for free in it.
   floorplan::FloorMap map;
   std::vector<uint8_t> open;       // 1 for every cell that is to be seen
   std::vector<float> looked_at_m;  // for every cell: the least range of a look in vain

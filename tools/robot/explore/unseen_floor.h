@@ -24,7 +24,7 @@ inline constexpr double kNearer = 0.5;
 inline constexpr float kNeverLookedAt = std::numeric_limits<float>::infinity();
 
 struct UnseenFloor {
-  floorplan::FloorMap map;
+  floorplan::FloorMap map;         // may take open cells for free
   std::vector<uint8_t> open;       // 1 for every cell that is to be seen
   std::vector<float> looked_at_m;  // for every cell: the least range of a look in vain
   Sight sight;

@@ -9,9 +9,10 @@
 #include "tools/robot/explore/blind_ring.h"
 #include "tools/robot/explore/coverage.h"
 #include "tools/robot/explore/frontiers.h"
-#include "tools/robot/explore/looks.h"
 #include "tools/robot/explore/sight_rays.h"
 #include "tools/robot/explore/test_floor.h"
+#include "tools/robot/explore/vain_looks.h"
+#include "tools/robot/explore/view_order.h"
 #include "tools/robot/explore/views.h"
 
 namespace gw::explore {
@@ -21,36 +22,42 @@ using Eigen::Vector2d;
 using floorplan::FloorMap;
 using floorplan::Waypoint;
 
-constexpr double kRadius = 0.18, kClearance = 0.24, kLeastM = 0.36;
+constexpr double kRadius = 0.18, kClearance = 0.24;
+
+UnseenFloor Unseen(const FloorMap& map, const VainLooks& vain = {}) {
+  return FindUnseenFloor(map, vain.On(map), kTestSight, kRadius);
+}
+
+std::vector<View> ViewsFrom(const UnseenFloor& floor, const Vector2d& from) {
+  return FindViews(floor, from, {kClearance, {}});
+}
+
+View Next(const FloorMap& map, const std::vector<View>& views) {
+  std::vector<double> first_m;
+  for (const View& view : views) first_m.push_back(view.way_m);
+  return views[static_cast<size_t>(FirstOfTour(map, views, first_m, kClearance))];
+}
 
 // A robot that is put down at every view that is chosen, without driving there.
 struct Exploration {
   SeenFloor seen;
-  LookCounts looks;
+  VainLooks vain;
   int num_looks = 0;
 
-  ViewSearch Search() const {
-    ViewSearch search;
-    search.sight = kTestSight;
-    search.clearance_m = kClearance;
-    search.least_m = kLeastM;
-    search.looks = looks.On(seen.map());
-    return search;
-  }
-
-  // Until there is no view left, 200 at most. cannot_see: this rectangle stays unknown.
+  // Until there is no view left, 200 at most.
   void Run(const Vector2d& start) {
     seen.Cover(start, 0.5);
     seen.LookAround(start, kTestSight);
     Vector2d at = start;
     while (num_looks < 200) {
-      const auto views = FindViews(seen.map(), at, Search());
+      const auto views = ViewsFrom(Unseen(seen.map(), vain), at);
       if (views.empty()) return;
-      CheckView(views.front());
-      at = views.front().place.position;
+      const View view = Next(seen.map(), views);
+      CheckView(view);
+      at = view.place.position;
       seen.Cover(at, kRadius);
-      seen.Look(views.front().place, kTestSight);
-      looks.Add(seen.map(), views.front().place, kTestSight, kLeastM);
+      seen.Look(view.place, kTestSight);
+      vain.Add(seen.map(), SightRays(Unseen(seen.map(), vain)).Glances(view.place));
       ++num_looks;
     }
   }
@@ -62,49 +69,82 @@ struct Exploration {
     EXPECT_GE(room[map.index(cell.x(), cell.y())], kClearance - 1e-6);
     EXPECT_TRUE(std::isfinite(view.way_m));
     EXPECT_GT(view.unseen_m2, 0);
-    EXPECT_GT(view.value, 0);
   }
 
   double SeenShare(const FloorMap& plan, const Vector2d& start) const {
     const Coverage c = CoverageOf(plan, start, kRadius, seen.map(), SE3());
     return c.seen_m2 / c.reachable_m2;
   }
-  size_t FrontiersLeft() const { return FindFrontiers(seen.map(), {}, kLeastM).size(); }
+  size_t FrontiersLeft() const { return FindFrontiers(Unseen(seen.map())).size(); }
 };
 
 TEST(Frontiers, AnEmptyOrUnknownOrWhollyKnownFloorHasNone) {
-  EXPECT_TRUE(FindFrontiers({}, {}, kLeastM).empty());
-  EXPECT_TRUE(FindViews({}, {1, 1}, {}).empty());
-  EXPECT_TRUE(FindFrontiers(SeenFloor(TestRoom(4, 4)).map(), {}, kLeastM).empty());
-  EXPECT_TRUE(FindFrontiers(TestRoom(4, 4), {}, kLeastM).empty());
+  EXPECT_TRUE(FindFrontiers(Unseen({})).empty());
+  EXPECT_TRUE(ViewsFrom(Unseen({}), {1, 1}).empty());
+  EXPECT_TRUE(FindFrontiers(Unseen(SeenFloor(TestRoom(4, 4)).map())).empty());
+  EXPECT_TRUE(FindFrontiers(Unseen(TestRoom(4, 4))).empty());
 }
 
-TEST(Frontiers, LieWhereFreeFloorEndsInTheUnknown) {
+// A room whose cells in x from `begin` to `end` are unknown.
+FloorMap RoomWithUnknown(int begin, int end) {
   FloorMap map = TestRoom(6, 4);
   map.unknown.assign(map.occupied.size(), 0);
   for (int y = 0; y < map.height; ++y) {
-    for (int x = 60; x < map.width; ++x) {
+    for (int x = begin; x < end; ++x) {
       map.unknown[map.index(x, y)] = 1;
       map.occupied[map.index(x, y)] = 0;
     }
   }
-  const auto frontiers = FindFrontiers(map, {}, kLeastM);
+  return map;
+}
+
+TEST(Frontiers, LieWhereFreeFloorEndsInTheUnknown) {
+  const FloorMap map = RoomWithUnknown(60, 120);
+  const auto frontiers = FindFrontiers(Unseen(map));
   ASSERT_EQ(frontiers.size(), 1u);
   EXPECT_NEAR(frontiers[0].middle.x(), 2.975, 1e-9);
   EXPECT_NEAR(frontiers[0].middle.y(), 2, 0.06);
   // Not along the walls, where the seam is.
   EXPECT_NEAR(0.05 * static_cast<double>(frontiers[0].cells.size()), 3.8 - 2 * kSeamM, 0.11);
-  EXPECT_TRUE(FindFrontiers(map, {}, 4).empty());
-  EXPECT_TRUE(FindFrontiers(map, std::vector<uint8_t>(map.occupied.size(), 1), kLeastM).empty());
+  const auto of_wide_robot = FindFrontiers(FindUnseenFloor(map, {}, kTestSight, 2.5));
+  EXPECT_TRUE(of_wide_robot.empty());
 }
 
-TEST(Frontiers, TheSeamBeforeAWallIsNone) {
+TEST(UnseenFloor, TheSeamBeforeAWallIsNone) {
   FloorMap map = TestRoom(4, 4);
   map.unknown.assign(map.occupied.size(), 0);
   for (int y = 2; y < map.height - 2; ++y) {
     map.unknown[map.index(2, y)] = map.unknown[map.index(3, y)] = 1;
   }
-  EXPECT_TRUE(FindFrontiers(map, {}, kLeastM).empty());
+  EXPECT_TRUE(FindFrontiers(Unseen(map)).empty());
+}
+
+TEST(UnseenFloor, IsNotWhereTheRobotHasNoRoomWhateverIsThere) {
+  const auto open_in_lane = [](int cells_wide) {
+    FloorMap map = TestRoom(6, 4);
+    map.unknown.assign(map.occupied.size(), 0);
+    for (int x = 40; x < 110; ++x) {
+      map.occupied[map.index(x, 30)] = map.occupied[map.index(x, 31 + cells_wide)] = 1;
+      for (int y = 31; y < 31 + cells_wide; ++y) map.unknown[map.index(x, y)] = 1;
+    }
+    const UnseenFloor floor = Unseen(map);
+    return std::count(floor.open.begin(), floor.open.end(), 1);
+  };
+  EXPECT_EQ(open_in_lane(7), 0);  // 0.35 m; the robot is 0.36 m wide
+  EXPECT_GT(open_in_lane(9), 100);
+}
+
+TEST(UnseenFloor, IsNotASpotSmallerThanTheRobot) {
+  FloorMap map = TestRoom(4, 4);
+  map.unknown.assign(map.occupied.size(), 0);
+  const auto with_spot = [&map](int side) {
+    for (int y = 40; y < 40 + side; ++y) {
+      for (int x = 40; x < 40 + side; ++x) map.unknown[map.index(x, y)] = 1;
+    }
+    return FindFrontiers(Unseen(map)).size();
+  };
+  EXPECT_EQ(with_spot(6), 0u);
+  EXPECT_EQ(with_spot(8), 1u);
 }
 
 TEST(Views, ANearLookIsWorthMoreThanAFarOneThatShowsTheSame) {
@@ -159,57 +199,102 @@ TEST(Exploration, SeesWhatCanBeReachedOfAnyRooms) {
     const Vector2d start(1, 1);
     Exploration e{SeenFloor(plan), {}};
     e.Run(start);
-    EXPECT_LT(e.num_looks, 60) << seed;
+    ASSERT_LT(e.num_looks, 60) << seed;
     EXPECT_GE(e.SeenShare(plan, start), 0.97) << seed;
   }
 }
 
-// As glass, or a floor that no depth is found on.
-TEST(Looks, AFrontierThatShowsNothingIsGivenUp) {
+SeenFloor PartOfARoom() {
   SeenFloor seen(TestRoom(6, 4));
   seen.Cover({1.5, 2}, 0.5);
   seen.Look({{1, 2}, 0}, {0.6, 0.3, 1.5});
-  LookCounts looks;
-  ViewSearch search;
-  search.sight = kTestSight;
-  search.clearance_m = kClearance;
-  search.least_m = kLeastM;
+  return seen;
+}
+
+// As glass, or a floor that no depth is found on.
+TEST(VainLooks, AFrontierThatShowsNothingIsGivenUp) {
+  const SeenFloor seen = PartOfARoom();
+  VainLooks vain;
   int num_looks = 0;
-  double last_range = kTestSight.max_range_m;
   for (; num_looks < 40; ++num_looks) {
-    search.looks = looks.On(seen.map());
-    const auto views = FindViews(seen.map(), {1.5, 2}, search);
+    const auto views = ViewsFrom(Unseen(seen.map(), vain), {1.5, 2});
     if (views.empty()) break;
-    looks.Add(seen.map(), views.front().place, kTestSight, kLeastM);
-    last_range = RangeLeft(kTestSight, kMostLooks - 1);
+    const auto glances = SightRays(Unseen(seen.map(), vain)).Glances(views.front().place);
+    EXPECT_FALSE(glances.empty());
+    vain.Add(seen.map(), glances);
   }
   EXPECT_GE(num_looks, 2);
   EXPECT_LT(num_looks, 20);
-  EXPECT_EQ(last_range, 1.5);
-  EXPECT_FALSE(FindFrontiers(seen.map(), {}, kLeastM).empty());
-  EXPECT_EQ(RangeLeft(kTestSight, kMostLooks), 0);
+  EXPECT_FALSE(FindFrontiers(Unseen(seen.map())).empty());
 }
 
-TEST(Looks, StayOnTheirFloorWhenTheMapGrows) {
-  SeenFloor seen(TestRoom(6, 4));
-  seen.Cover({1.5, 2}, 0.5);
-  seen.Look({{1, 2}, 0}, {0.6, 0.3, 1.5});
-  LookCounts looks;
-  looks.Add(seen.map(), {{1, 2}, 0}, kTestSight, kLeastM);
+TEST(VainLooks, TheSamePlaceIsNotWorthASecondLookAndHalfAsFarIs) {
+  const SeenFloor seen = PartOfARoom();
+  VainLooks vain;
+  const Waypoint far{{1.2, 2}, 0}, near{{2.3, 2}, 0};
+  const UnseenFloor before = Unseen(seen.map());
+  EXPECT_GT(SightRays(before).UnseenFrom(far), 0.1);
+  vain.Add(seen.map(), SightRays(before).Glances(far));
+  const UnseenFloor after = Unseen(seen.map(), vain);
+  EXPECT_EQ(SightRays(after).UnseenFrom(far), 0);
+  EXPECT_GT(SightRays(after).UnseenFrom(near), 0.1);
+}
+
+TEST(VainLooks, OnTheWayOnlyWhatStayedInViewWasLookedAt) {
+  const SeenFloor seen = PartOfARoom();
+  const auto glances = SightRays(Unseen(seen.map())).Glances({{1.2, 2}, 0});
+  const auto looked_at = [&](const VainLooks& vain) {
+    const auto range = vain.On(seen.map());
+    return std::count_if(range.begin(), range.end(), [](float r) { return r < kNeverLookedAt; });
+  };
+  VainLooks vain;
+  vain.Watch(seen.map(), glances, {0});
+  vain.Watch(seen.map(), {}, {500'000});
+  vain.Watch(seen.map(), glances, {1'000'000});
+  vain.Watch(seen.map(), glances, {1'500'000});
+  EXPECT_EQ(looked_at(vain), 0);
+  vain.Watch(seen.map(), glances, {1'500'000});  // no newer image
+  EXPECT_EQ(looked_at(vain), 0);
+  vain.Watch(seen.map(), glances, {2'000'000});
+  EXPECT_GT(looked_at(vain), 0);
+}
+
+TEST(VainLooks, StayOnTheirFloorWhenTheMapGrows) {
+  const SeenFloor seen = PartOfARoom();
+  VainLooks vain;
+  vain.Add(seen.map(), SightRays(Unseen(seen.map())).Glances({{1, 2}, 0}));
   FloorMap larger;
   larger.resolution = 0.05;
   larger.origin = {-1, -2};
   larger.width = larger.height = 200;
   larger.occupied.assign(200 * 200, 0);
-  const auto before = looks.On(seen.map()), after = looks.On(larger);
-  int counted = 0;
+  const auto before = vain.On(seen.map()), after = vain.On(larger);
+  int looked_at = 0;
   for (int y = 0; y < seen.map().height; ++y) {
     for (int x = 0; x < seen.map().width; ++x) {
-      counted += before[seen.map().index(x, y)];
+      looked_at += before[seen.map().index(x, y)] < kNeverLookedAt ? 1 : 0;
       EXPECT_EQ(before[seen.map().index(x, y)], after[larger.index(x + 20, y + 40)]);
     }
   }
-  EXPECT_GT(counted, 0);
+  EXPECT_GT(looked_at, 0);
+}
+
+TEST(ViewOrder, BeginsTheShortestWayThroughAll) {
+  EXPECT_EQ(FirstOfShortest({3}, {{0}}), 0);
+  // On a line: places at 2 and at -3 and -4; the nearest first makes the way longer when the
+  // rest lies behind it.
+  const std::vector<double> at = {2, -3, -4, 2.5};
+  std::vector<double> first;
+  std::vector<std::vector<double>> way;
+  for (const double a : at) {
+    first.push_back(std::abs(a));
+    way.emplace_back();
+    for (const double b : at) way.back().push_back(std::abs(a - b));
+  }
+  EXPECT_EQ(FirstOfShortest(first, way), 0);
+  first[0] += 5;
+  first[3] += 5;
+  EXPECT_EQ(FirstOfShortest(first, way), 1);
 }
 
 TEST(SightRays, SeeOverFreeFloorAndNotThroughWalls) {
@@ -217,15 +302,14 @@ TEST(SightRays, SeeOverFreeFloorAndNotThroughWalls) {
   SeenFloor seen(plan);
   seen.Cover({2, 2}, 0.5);
   seen.LookAround({2, 2}, kTestSight);
-  const auto open = OpenCells(seen.map());
-  const std::vector<uint8_t> looks(open.size(), 0);
-  const SightRays rays(seen.map(), open, looks, kTestSight);
-  EXPECT_GT(rays.UnseenFrom({{3, 2}, 0}), 0.05);
+  const UnseenFloor floor = Unseen(seen.map());
+  const SightRays rays(floor);
+  EXPECT_GT(rays.UnseenFrom({{3, 2}, 0}), 0.02);
   EXPECT_EQ(rays.UnseenFrom({{3, 3.2}, std::numbers::pi / 2}), 0);
-  EXPECT_TRUE(rays.LooksPast({{3, 2}, 0}, {4.5, 2}));
-  EXPECT_FALSE(rays.LooksPast({{3, 2}, std::numbers::pi}, {4.5, 2}));  // behind it
-  EXPECT_FALSE(rays.LooksPast({{3, 3.5}, 0}, {4.5, 3.5}));             // behind the wall
-  EXPECT_FALSE(rays.LooksPast({{3, 2}, 0}, {3.2, 2}));                 // too near
+  EXPECT_TRUE(rays.Sees({{3, 2}, 0}, {4.5, 2}));
+  EXPECT_FALSE(rays.Sees({{3, 2}, std::numbers::pi}, {4.5, 2}));  // behind it
+  EXPECT_FALSE(rays.Sees({{3, 3.5}, 0}, {4.5, 3.5}));             // behind the wall
+  EXPECT_FALSE(rays.Sees({{3, 2}, 0}, {3.2, 2}));                 // too near
 }
 
 TEST(BlindRing, FloorIsFreeWhereFloorIsSeenBehindIt) {

@@ -10,7 +10,7 @@ using floorplan::FloorMap;
 
 // A free cell beside which (at one of four sides) nothing is known.
 bool IsFrontier(const FloorMap& map, const std::vector<uint8_t>& open, int x, int y) {
-  if (map.Occupied(x, y) || map.Unknown(x, y)) return false;
+  if (map.Occupied(x, y) || map.Unknown(x, y) || open[map.index(x, y)] != 0) return false;
   const auto is_open = [&](int nx, int ny) {
     return map.InMap(nx, ny) && open[map.index(nx, ny)] != 0;
   };
@@ -31,25 +31,13 @@ Eigen::Vector2d MiddleOf(const FloorMap& map, const std::vector<int>& cells) {
 
 }  // namespace
 
-std::vector<uint8_t> OpenCells(const FloorMap& map) {
-  std::vector<uint8_t> open = map.unknown;
-  open.resize(map.occupied.size(), 0);
-  const std::vector<float> to_wall = floorplan::DistanceToOccupied(map, 2 * kSeamM);
-  for (size_t i = 0; i < open.size(); ++i) {
-    if (to_wall[i] < static_cast<float>(kSeamM)) open[i] = 0;
-  }
-  return open;
-}
-
-std::vector<Frontier> FindFrontiers(const FloorMap& map, const std::vector<uint8_t>& given_up,
-                                    double least_m) {
+std::vector<Frontier> FindFrontiers(const UnseenFloor& floor) {
+  const FloorMap& map = floor.map;
   if (map.occupied.empty()) return {};
-  const std::vector<uint8_t> open = OpenCells(map);
   cv::Mat edge = cv::Mat::zeros(map.height, map.width, CV_8U);
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
-      if (!given_up.empty() && given_up[map.index(x, y)] != 0) continue;
-      if (IsFrontier(map, open, x, y)) edge.at<uint8_t>(y, x) = 1;
+      if (IsFrontier(map, floor.open, x, y)) edge.at<uint8_t>(y, x) = 1;
     }
   }
   cv::Mat label;
@@ -62,7 +50,8 @@ std::vector<Frontier> FindFrontiers(const FloorMap& map, const std::vector<uint8
     }
   }
   std::erase_if(frontiers, [&](const Frontier& f) {
-    return f.cells.empty() || static_cast<double>(f.cells.size()) * map.resolution < least_m;
+    return f.cells.empty() ||
+           static_cast<double>(f.cells.size()) * map.resolution < 2 * floor.robot_radius_m;
   });
   std::sort(frontiers.begin(), frontiers.end(),
             [](const Frontier& a, const Frontier& b) { return a.cells.front() < b.cells.front(); });

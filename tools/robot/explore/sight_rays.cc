@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "tools/robot/floorplan/pursuit.h"
 
@@ -11,54 +12,79 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
-constexpr int kRays = 36;
+constexpr int kRays = 36;        // enough for an area
+constexpr int kRaysBetween = 3;  // so that no cell falls between two; odd: those of an area too
 
 }  // namespace
 
-SightRays::Kind SightRays::KindOf(const Vector2i& cell) const {
-  if (!map_.InMap(cell.x(), cell.y())) return Kind::kOpen;
-  const int index = map_.index(cell.x(), cell.y());
-  if (open_[index] != 0) return Kind::kOpen;
-  return map_.occupied[index] != 0 || map_.Unknown(cell.x(), cell.y()) ? Kind::kEnd : Kind::kFree;
+SightRays::Kind SightRays::KindOf(const Vector2i& cell, double range) const {
+  const floorplan::FloorMap& map = floor_.map;
+  if (!map.InMap(cell.x(), cell.y())) return Kind::kOpen;
+  const int index = map.index(cell.x(), cell.y());
+  if (floor_.open[index] != 0) {
+    return floor_.MayShow(index, range) ? Kind::kOpen : Kind::kEnd;
+  }
+  return map.occupied[index] != 0 || map.Unknown(cell.x(), cell.y()) ? Kind::kEnd : Kind::kFree;
+}
+
+template <typename Take>
+void SightRays::Follow(const floorplan::Waypoint& place, double turn, const Take& take) const {
+  const Vector2d direction(std::cos(place.yaw + turn), std::sin(place.yaw + turn));
+  bool beyond = false;
+  for (int i = 1; i * floor_.map.resolution < floor_.sight.max_range_m; ++i) {
+    const double range = i * floor_.map.resolution;
+    const Vector2i cell = floor_.map.CellOf(place.position + range * direction);
+    const Kind kind = KindOf(cell, range);
+    if (kind == Kind::kEnd || (kind == Kind::kFree && beyond)) return;
+    if (kind == Kind::kFree) continue;
+    beyond = true;
+    if (range >= floor_.sight.min_range_m && !take(cell, range)) return;
+  }
 }
 
 double SightRays::UnseenFrom(const floorplan::Waypoint& place) const {
-  const double step = map_.resolution;
-  const double angle = 2 * sight_.half_angle / kRays;
+  const double angle = 2 * floor_.sight.half_angle / kRays;
   double area = 0;
   for (int ray = 0; ray < kRays; ++ray) {
-    const double yaw = place.yaw - sight_.half_angle + (ray + 0.5) * angle;
-    const Vector2d direction(std::cos(yaw), std::sin(yaw));
-    double farthest = sight_.max_range_m;
-    bool beyond = false;
-    for (double range = step; range < farthest; range += step) {
-      const Vector2i cell = map_.CellOf(place.position + range * direction);
-      const Kind kind = KindOf(cell);
-      if (kind == Kind::kEnd || (kind == Kind::kFree && beyond)) break;
-      if (kind == Kind::kFree) {
-        // The range at which what follows this cell would still be seen.
-        farthest = RangeLeft(sight_, looks_[map_.index(cell.x(), cell.y())]) + step;
-        continue;
-      }
-      if (range > farthest) break;
-      beyond = true;
-      farthest = sight_.max_range_m;
-      if (range >= sight_.min_range_m) area += range * angle * step;
-    }
+    Follow(place, (ray + 0.5) * angle - floor_.sight.half_angle,
+           [&](const Vector2i&, double range) {
+             area += range * angle * floor_.map.resolution;
+             return true;
+           });
   }
   return area;
 }
 
-bool SightRays::LooksPast(const floorplan::Waypoint& place, const Vector2d& p) const {
+std::vector<Glance> SightRays::Glances(const floorplan::Waypoint& place) const {
+  constexpr int kAll = kRays * kRaysBetween;
+  const floorplan::FloorMap& map = floor_.map;
+  std::map<int, float> glances;
+  for (int ray = 0; ray < kAll; ++ray) {
+    const double turn = ((ray + 0.5) * 2 / kAll - 1) * floor_.sight.half_angle;
+    double last = floor_.sight.max_range_m;
+    Follow(place, turn, [&](const Vector2i& cell, double range) {
+      last = std::min(last, range + kGlanceM);
+      if (map.InMap(cell.x(), cell.y())) {
+        glances.try_emplace(map.index(cell.x(), cell.y()), static_cast<float>(range));
+      }
+      return range < last;
+    });
+  }
+  std::vector<Glance> out;
+  out.reserve(glances.size());
+  for (const auto& [cell, range] : glances) out.push_back({cell, range});
+  return out;
+}
+
+bool SightRays::Sees(const floorplan::Waypoint& place, const Vector2d& p) const {
+  const Sight& sight = floor_.sight;
   const Vector2d way = p - place.position;
   const double range = way.norm();
-  const Vector2i target = map_.CellOf(p);
-  const double farthest = RangeLeft(sight_, looks_[map_.index(target.x(), target.y())]);
-  if (range < sight_.min_range_m || range > farthest) return false;
+  if (range < sight.min_range_m || range > sight.max_range_m) return false;
   const double turn = floorplan::AngleTo(place.yaw, std::atan2(way.y(), way.x()));
-  if (std::abs(turn) > sight_.half_angle) return false;
-  for (double r = 0; r < range; r += map_.resolution) {
-    if (KindOf(map_.CellOf(place.position + r / range * way)) != Kind::kFree) return false;
+  if (std::abs(turn) > sight.half_angle) return false;
+  for (double r = 0; r < range; r += floor_.map.resolution) {
+    if (KindOf(floor_.map.CellOf(place.position + r / range * way), r) != Kind::kFree) return false;
   }
   return true;
 }

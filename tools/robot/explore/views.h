@@ -4,12 +4,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <vector>
 
-#include "tools/robot/explore/frontiers.h"
-#include "tools/robot/explore/sight.h"
-#include "tools/robot/floorplan/floor_map.h"
+#include "tools/robot/explore/unseen_floor.h"
 #include "tools/robot/floorplan/waypoints.h"
 
 namespace gw::explore {
@@ -18,14 +15,10 @@ struct View {
   floorplan::Waypoint place;
   double unseen_m2 = 0;  // that a look from there would show, if nothing stood in it
   double way_m = 0;      // from where the robot is
-  double value = 0;      // larger is better
 };
 
 struct ViewSearch {
-  Sight sight;
-  double clearance_m = 0;      // of places to stand and of ways there, from cells that are not free
-  double least_m = 0;          // length of a frontier
-  std::vector<uint8_t> looks;  // LookCounts::On the map
+  double clearance_m = 0;  // of places to stand and of ways there, from cells that are not free
   std::vector<Eigen::Vector2d> barred;  // no view is nearer to one of these than kBarredM
 };
 inline constexpr double kBarredM = 0.4;
@@ -34,9 +27,9 @@ inline constexpr double kBarredM = 0.4;
 // 0.35 m/s, and of turning, standing and looking, as long as 1.5 m of way.
 double ValueOf(double unseen_m2, double way_m);
 
-// The best view for every frontier that the robot, now at `from`, can look past from a place that
-// it can reach; best first.
-std::vector<View> FindViews(const floorplan::FloorMap& map, const Eigen::Vector2d& from,
+// The view of the largest value for every frontier that the robot, now at `from`, can look past
+// from a place that it can reach; nearest first.
+std::vector<View> FindViews(const UnseenFloor& floor, const Eigen::Vector2d& from,
                             const ViewSearch& search);
 
 }  // namespace gw::explore

@@ -6,7 +6,9 @@
 #include "tools/robot/explore/blind_ring.h"
 #include "tools/robot/explore/frontiers.h"
 #include "tools/robot/explore/sight_rays.h"
+#include "tools/robot/explore/view_order.h"
 #include "tools/robot/explore/way_lengths.h"
+#include "tools/robot/floorplan/planner.h"
 
 namespace gw::navigate {
 namespace {
@@ -19,6 +21,7 @@ constexpr double kLookedS = 0.3;       // after a stop, until GRID holds what wa
 constexpr double kReconsiderS = 1.0;   // between two searches on the way
 constexpr double kMostlySeen = 0.3;    // of what was to be seen is left: the view is not worth it
 constexpr double kNearlyThereM = 0.4;  // no other view is taken any more
+constexpr double kSameViewM = 0.5;     // views that are nearer to each other count as one
 constexpr double kTightM = 0.02;       // clearance where nothing is left with the configured one
 constexpr double kRingMarginM = 0.15;  // beyond where the camera begins to see the floor
 
@@ -35,10 +38,7 @@ FloorMap UnknownFloor() {
 }  // namespace
 
 Explorer::Explorer(const NavigateConfig& config, const explore::Sight& sight)
-    : config_(config),
-      sight_(sight),
-      least_m_(2 * config.robot_radius_m),
-      navigator_(config, UnknownFloor()) {}
+    : config_(config), sight_(sight), navigator_(config, UnknownFloor()) {}
 
 void Explorer::Push(const std::optional<RobotPose>& pose) {
   pose_ = pose;
@@ -48,17 +48,33 @@ void Explorer::Push(const std::optional<RobotPose>& pose) {
 void Explorer::Take(const GridUpdate& update, Utime now) {
   tiles_changed_ = tiles_.Take(update) || tiles_changed_;
   if (!tiles_.empty()) grid_came_ = now;
+  images_to_ = update.utime;
 }
 
 void Explorer::BringMapUpToDate() {
   if (!tiles_changed_) return;
   tiles_changed_ = false;
-  map_ = tiles_.Map();
+  map_ = seen_ = tiles_.Map();
   for (const Eigen::Vector2d& p : assumed_free_) {
     const Eigen::Vector2i cell = map_.CellOf(p);
     if (map_.InMap(cell.x(), cell.y())) map_.unknown[map_.index(cell.x(), cell.y())] = 0;
   }
   navigator_.SetMap(map_);
+}
+
+explore::UnseenFloor Explorer::Unseen() const {
+  explore::UnseenFloor floor =
+      explore::FindUnseenFloor(seen_, vain_.On(seen_), sight_, config_.robot_radius_m);
+  floor.map = map_;
+  return floor;
+}
+
+// What of the floor is in view now, and is it seen?
+void Explorer::WatchFloor() {
+  if (!images_to_ || !pose_ || !home_) return;
+  const explore::UnseenFloor floor = Unseen();
+  vain_.Watch(map_, explore::SightRays(floor).Glances({pose_->position, pose_->yaw}), *images_to_);
+  images_to_.reset();
 }
 
 Driver::Output Explorer::Update(Utime now) {
@@ -75,6 +91,7 @@ Driver::Output Explorer::Update(Utime now) {
     out.events.push_back({EventKind::kResumed, num_stops(), pose_.value_or(RobotPose{}), ""});
   }
   BringMapUpToDate();
+  WatchFloor();
   if (phase_ == Phase::kWait) {
     navigator_.LookAround();
     phase_ = Phase::kLookAround;
@@ -125,16 +142,42 @@ void Explorer::LookAndGoOn(Utime now, Output* out) {
   }
   if (looked_from_) {
     ++num_explored_;
-    looks_.Add(map_, {pose_->position, pose_->yaw}, sight_, least_m_);
+    const explore::UnseenFloor floor = Unseen();
+    const explore::SightRays rays(floor);
+    // Also what it was to show, if it does not stand quite there: it does not come again for that.
+    for (const floorplan::Waypoint& from :
+         {floorplan::Waypoint{pose_->position, pose_->yaw}, looked_from_->place}) {
+      vain_.Add(map_, rays.Glances(from));
+    }
     looked_from_.reset();
   }
   reconsidered_ = now;
-  const Found found = FindViews();
-  if (!found.views.empty()) return GoTo(found);
+  const Found found = FindViews(Unseen());
+  if (!found.views.empty()) return GoTo(found, FirstOf(found));
   if (num_explored_ == 0 && Enclosed()) {
     return Finish("enclosed where it stands: none of the floor that it sees can be driven to", out);
   }
-  navigator_.GoTo(*home_, config_.robot_radius_m + config_.clearance_m);
+  Return();
+}
+
+// To where it began, or, where that is nearer to something than it can drive, to the nearest place
+// beside it that it can reach.
+void Explorer::Return() {
+  floorplan::Waypoint place = *home_;
+  double clearance = config_.robot_radius_m;
+  for (const double room : {config_.clearance_m, std::min(kTightM, config_.clearance_m)}) {
+    clearance = config_.robot_radius_m + room;
+    const std::vector<float> way = explore::WayLengths(map_, pose_->position, clearance);
+    double apart = floorplan::kMaxStopMove;
+    for (int i = 0; i < static_cast<int>(way.size()); ++i) {
+      const Eigen::Vector2d p = map_.CentreOf(i % map_.width, i / map_.width);
+      if (!std::isfinite(way[i]) || (p - home_->position).norm() >= apart) continue;
+      apart = (p - home_->position).norm();
+      place.position = p;
+    }
+    if (apart < floorplan::kMaxStopMove) break;
+  }
+  navigator_.GoTo(place, clearance);
   phase_ = Phase::kReturn;
 }
 
@@ -142,27 +185,37 @@ void Explorer::LookAndGoOn(Utime now, Output* out) {
 bool Explorer::Enclosed() const {
   const std::vector<float> way =
       explore::WayLengths(map_, pose_->position, config_.robot_radius_m + kTightM);
-  return std::none_of(way.begin(), way.end(),
-                      [this](float length) { return std::isfinite(length) && length > least_m_; });
+  return std::none_of(way.begin(), way.end(), [this](float length) {
+    return std::isfinite(length) && length > 2 * config_.robot_radius_m;
+  });
 }
 
-Explorer::Found Explorer::FindViews() const {
+Explorer::Found Explorer::FindViews(const explore::UnseenFloor& floor) const {
   Found found;
   explore::ViewSearch search;
-  search.sight = sight_;
-  search.least_m = least_m_;
-  search.looks = looks_.On(map_);
   search.barred = barred_;
   for (const double room : {config_.clearance_m, std::min(kTightM, config_.clearance_m)}) {
     search.clearance_m = found.clearance_m = config_.robot_radius_m + room;
-    found.views = explore::FindViews(map_, pose_->position, search);
+    found.views = explore::FindViews(floor, pose_->position, search);
     if (!found.views.empty()) break;
   }
   return found;
 }
 
-void Explorer::GoTo(const Found& found) {
-  target_ = found.views.front();
+// Which view to go to. The one that it is going to has an advantage: the way there is not turned
+// round for a trifle.
+int Explorer::FirstOf(const Found& found) const {
+  std::vector<double> first_m;
+  for (const View& view : found.views) {
+    const double apart = (view.place.position - target_.place.position).norm();
+    const bool same = phase_ == Phase::kGo && apart < kSameViewM;
+    first_m.push_back(view.way_m - (same ? kKeepM : 0));
+  }
+  return explore::FirstOfTour(map_, found.views, first_m, found.clearance_m);
+}
+
+void Explorer::GoTo(const Found& found, int view) {
+  target_ = found.views[view];
   navigator_.GoTo(target_.place, found.clearance_m);
   phase_ = Phase::kGo;
 }
@@ -171,21 +224,24 @@ void Explorer::GoTo(const Found& found) {
 void Explorer::Reconsider(Utime now) {
   if ((now - reconsidered_).seconds() < kReconsiderS) return;
   reconsidered_ = now;
-  const Found found = FindViews();
+  const explore::UnseenFloor floor = Unseen();
+  const Found found = FindViews(floor);
   if (found.views.empty()) {
     // What was to be seen is seen. The look decides what comes next, from where it is.
-    if (phase_ == Phase::kGo) StopAndLook(now);
+    if (phase_ == Phase::kGo) {
+      ++num_explored_;
+      StopAndLook(now);
+    }
     return;
   }
-  if (phase_ == Phase::kReturn) return GoTo(found);
-  if ((target_.place.position - pose_->position).norm() < kNearlyThereM) return;
-  const std::vector<uint8_t> looks = looks_.On(map_);
-  const std::vector<uint8_t> open = explore::OpenCells(map_);
-  const double unseen = explore::SightRays(map_, open, looks, sight_).UnseenFrom(target_.place);
-  const double value = explore::ValueOf(unseen, navigator_.left_m());
-  if (unseen < kMostlySeen * target_.unseen_m2 || found.views.front().value > kBetter * value) {
-    GoTo(found);
-  }
+  if (phase_ == Phase::kReturn) return GoTo(found, FirstOf(found));
+  const bool worth_it =
+      explore::SightRays(floor).UnseenFrom(target_.place) >= kMostlySeen * target_.unseen_m2;
+  if (worth_it && (target_.place.position - pose_->position).norm() < kNearlyThereM) return;
+  const int first = FirstOf(found);
+  const double apart = (found.views[first].place.position - target_.place.position).norm();
+  num_explored_ += worth_it ? 0 : 1;
+  if (!worth_it || apart >= kSameViewM) GoTo(found, first);
 }
 
 void Explorer::StopAndLook(Utime now) {
@@ -195,7 +251,9 @@ void Explorer::StopAndLook(Utime now) {
 }
 
 void Explorer::CountLeft() {
-  num_left_ = static_cast<int>(explore::FindFrontiers(map_, {}, least_m_).size());
+  const explore::UnseenFloor floor =
+      explore::FindUnseenFloor(seen_, {}, sight_, config_.robot_radius_m);
+  num_left_ = static_cast<int>(explore::FindFrontiers(floor).size());
 }
 
 void Explorer::Finish(const std::string& why_not, Output* out) {

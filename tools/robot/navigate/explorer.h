@@ -1,16 +1,19 @@
 // Explores: drives until the robot's own floor map (GRID) has no frontier left that it could look
 // past, then back to where it began.
 //
-// It looks around once where it begins. Then, over and over: of all frontiers (explore/frontiers.h)
-// the view that shows most for the way there (explore/views.h); the way there over known free cells
-// only, as the navigator drives it, with its recovery behaviours; a look. What was not to be seen
-// past from there is looked at once more from nearer and then given up (explore/looks.h), and a
-// view that the navigator could not reach is barred. On the way it looks for a better view whenever
-// the floor map has changed: it leaves the one it has when most of what was to be seen there is
-// seen already, or when another is worth kBetter times as much.
+// It looks around once where it begins. Then, over and over: for every frontier
+// (explore/frontiers.h) the view that shows most for the way there (explore/views.h); of these the
+// one with which the shortest way through the nearest of them begins (explore/view_order.h); the
+// way there over known free cells only, as the navigator drives it, with its recovery behaviours; a
+// look. Every image is a look, also on the way: what was in view long enough and was not seen is
+// looked at again from half as far only, and given up at last (explore/vain_looks.h), and a view
+// that the navigator could not reach is barred. On the way it searches again whenever the floor map
+// has changed: it leaves the view it has when most of what was to be seen there is seen already or
+// was looked at in vain, or when beginning with another makes the way through all kKeepM shorter.
 //
 // The floor around the robot where it is put down, nearer than the camera sees, is taken for free
-// where floor is seen behind it (explore/blind_ring.h); nothing else that is unknown is entered.
+// where floor is seen behind it (explore/blind_ring.h), and is still to be seen: the next drive
+// begins there, on what GRID has. Nothing else that is unknown is entered.
 //
 // The frame M of its poses is W.
 #pragma once
@@ -22,8 +25,9 @@
 
 #include "common/config/navigate_config.h"
 #include "common/core/result.h"
-#include "tools/robot/explore/looks.h"
 #include "tools/robot/explore/sight.h"
+#include "tools/robot/explore/unseen_floor.h"
+#include "tools/robot/explore/vain_looks.h"
 #include "tools/robot/explore/views.h"
 #include "tools/robot/navigate/driver.h"
 #include "tools/robot/navigate/floor_tiles.h"
@@ -53,42 +57,49 @@ class Explorer : public Driver {
   PoseState pose_state() const override { return navigator_.pose_state(); }
   std::string waits_for() const override { return waits_for_; }
 
-  int num_explored() const { return num_explored_; }  // frontiers that it went to and looked past
-  int num_left() const { return num_left_; }          // out of reach or not to be seen past
+  int num_explored() const {
+    return num_explored_;
+  }                                           // frontiers that it looked past, there or on the way
+  int num_left() const { return num_left_; }  // out of reach or not to be seen past
   // The floor map as it drives on it.
   const floorplan::FloorMap& map() const { return map_; }
 
-  static constexpr double kBetter = 1.5;
+  static constexpr double kKeepM = 3;
 
  private:
   enum class Phase { kWait, kLookAround, kLook, kGo, kReturn, kFinished };
   struct Found {
-    std::vector<explore::View> views;  // best first
+    std::vector<explore::View> views;  // nearest first
     double clearance_m = 0;            // of the ways there
   };
 
   void BringMapUpToDate();
+  void WatchFloor();
+  explore::UnseenFloor Unseen() const;
   void Await(Output* out);
   void TakeEvent(Utime now, const Event& event, Output* out);
   void LookAndGoOn(Utime now, Output* out);
   void Reconsider(Utime now);
   void StopAndLook(Utime now);
   bool Enclosed() const;
-  Found FindViews() const;
-  void GoTo(const Found& found);
+  Found FindViews(const explore::UnseenFloor& floor) const;
+  int FirstOf(const Found& found) const;
+  void GoTo(const Found& found, int view);
+  void Return();
   void CountLeft();
   void Finish(const std::string& why_not, Output* out);
 
   NavigateConfig config_;
   explore::Sight sight_;
-  double least_m_;  // length of a frontier: the robot's diameter
   Navigator navigator_;
   FloorTiles tiles_;
   bool tiles_changed_ = false;
   std::optional<Utime> grid_came_;
-  floorplan::FloorMap map_;
+  std::optional<Utime> images_to_;  // in the floor map that came last and was not watched yet
+  floorplan::FloorMap seen_;        // as GRID has it
+  floorplan::FloorMap map_;         // with what is taken for free
   std::vector<Eigen::Vector2d> assumed_free_;
-  explore::LookCounts looks_;
+  explore::VainLooks vain_;
   std::vector<Eigen::Vector2d> barred_;
 
   Phase phase_ = Phase::kWait;

@@ -91,7 +91,7 @@ TEST(Explorer, StandsAndSaysSoOnceWhenNoFloorMapComes) {
   drive.RunUntil(60);
   EXPECT_EQ(drive.Count(EventKind::kHeld), 1);
   EXPECT_FALSE(drive.explorer.waits_for().empty());
-  EXPECT_EQ(drive.way_m, 0);
+  EXPECT_EQ(drive.way_m(), 0);
   drive.grid_comes = true;
   drive.RunUntil(600);
   EXPECT_EQ(drive.Count(EventKind::kResumed), 1);
@@ -103,9 +103,9 @@ TEST(Explorer, StandsWhenTheFloorMapStopsComing) {
   drive.RunUntil(15);
   drive.grid_comes = false;
   drive.RunUntil(22);
-  const double way = drive.way_m;
+  const double way = drive.way_m();
   drive.RunUntil(40);
-  EXPECT_LT(drive.way_m - way, 0.01);
+  EXPECT_LT(drive.way_m() - way, 0.01);
   EXPECT_EQ(drive.Count(EventKind::kHeld), 1);
 }
 
@@ -121,7 +121,7 @@ TEST(Explorer, SeesTheSmallHouse) {
   drive.RunUntil(2400);
   const double seen = SeenShare(*plan, start, drive);
   std::printf("%s, %.1f %% seen, %.0f m, %.0f s\n", drive.explorer.Summary().c_str(), 100 * seen,
-              drive.way_m, drive.seconds());
+              drive.way_m(), drive.seconds());
   EXPECT_TRUE(drive.explorer.succeeded());
   EXPECT_FALSE(drive.bumped());
   EXPECT_FALSE(drive.entered_unknown());

@@ -32,7 +32,8 @@ constexpr double kCrawl = 0.05;        // m/s: slower is as good as standing
 constexpr double kTurnOutOfWay = 0.5;  // rad/s
 constexpr double kPatienceS = 4;       // before something that may walk on
 constexpr double kReplanS = 0.5;       // between two plans around obstacles
-constexpr int kMaxDetours = 60;        // for one stop: something is always in the way
+constexpr int kMaxDetours = 60;        // for one stop: something is always in the way; as many
+                                       // plans for other maps, if it comes no nearer between them
 constexpr double kBrake = 0.8;         // m/s^2; a Kobuki can do 1.2
 constexpr double kReactS = 0.4;        // from an image to the first braking: 0.1 s between two
                                        // views, 0.05 s to a command, 0.25 s to the motion
@@ -114,6 +115,8 @@ void Navigator::SetStop(const Stop& stop) {
   told_finished_ = false;
   attempts_ = 0;
   detours_ = 0;
+  replans_ = 0;
+  moving_ = phase_ == Phase::kFollow;
   if (phase_ != Phase::kBackOff) phase_ = Phase::kPlan;
   progressed_.reset();
 }
@@ -131,6 +134,7 @@ void Navigator::LookAround() {
 
 void Navigator::Drop() {
   if (!finished()) stops_.resize(stop_);
+  if (phase_ == Phase::kFollow) phase_ = Phase::kPlan;
 }
 
 void Navigator::SetMap(FloorMap map) {
@@ -147,7 +151,10 @@ void Navigator::SetMap(FloorMap map) {
   const auto ahead = leg_.begin() + static_cast<ptrdiff_t>(pursuit_->nearest());
   // Where the robot stands may be too near already: the way leads away from there.
   const auto first_free = std::find_if_not(ahead, leg_.end(), blocked);
-  if (std::any_of(first_free, leg_.end(), blocked)) phase_ = Phase::kPlan;
+  if (std::none_of(first_free, leg_.end(), blocked)) return;
+  phase_ = Phase::kPlan;
+  moving_ = true;
+  ++replans_;
 }
 
 void Navigator::Push(const std::optional<RobotPose>& pose) {
@@ -250,13 +257,15 @@ floorplan::Tour Navigator::WayOn(const FloorMap& map, double clearance) const {
 void Navigator::Plan(Utime now, Output* out) {
   const Stop& to = stops_[stop_];
   if (to.look_around) return BeginLook();
+  if (replans_ > kMaxDetours) return GoOn(EventKind::kUnreachable, "blocked", out);
+  const bool on_the_move = std::exchange(moving_, false) && HasRoomForArc();
   const double clearance =
       std::min(to.clearance_m, stop_ > 0 ? stops_[stop_ - 1].clearance_m : to.clearance_m);
   floorplan::Tour way = WayOn(map_, clearance);
   if (!way.refused.empty()) return GoOn(EventKind::kUnreachable, way.refused.front().why, out);
   progressed_.reset();
-  if (!obstacles_.HasSeen()) return TakeLeg(std::move(way.legs.front()), false, out);
-  if (!PlanAroundObstacles(now, false, out)) BeginBlocked(now, out);
+  if (!obstacles_.HasSeen()) return TakeLeg(std::move(way.legs.front()), on_the_move, out);
+  if (!PlanAroundObstacles(now, on_the_move, out)) BeginBlocked(now, out);
 }
 
 // Around all that was in the way since the last stop: with the room that the configuration asks
@@ -303,11 +312,7 @@ void Navigator::Follow(Utime now, Output* out) {
   if (free_way) {
     if ((now - planned_).seconds() >= kReplanS) {
       if (detours_ >= kMaxDetours) return GoOn(EventKind::kUnreachable, "blocked", out);
-      // Beside something near it turns on the spot before it drives on: an arc would cut the
-      // corner.
-      const double room = config_.robot_radius_m + kPassSlowlyM;
-      const bool on_the_move = obstacles_.DistanceTo(pose_->position, room) >= room;
-      if (PlanAroundObstacles(now, on_the_move, out)) {
+      if (PlanAroundObstacles(now, HasRoomForArc(), out)) {
         ++detours_;
         return Follow(now, out);
       }
@@ -317,6 +322,13 @@ void Navigator::Follow(Utime now, Output* out) {
   const double limit = SpeedLimit(now, free_way);
   out->speed = pursuit_->Update(pose_->position, pose_->yaw, limit / config_.max_speed_m_s);
   AvoidOnArc(&out->speed);
+}
+
+// Beside something near it turns on the spot before it drives on another leg: an arc would cut the
+// corner.
+bool Navigator::HasRoomForArc() const {
+  const double room = config_.robot_radius_m + kPassSlowlyM;
+  return obstacles_.DistanceTo(pose_->position, room) >= room;
 }
 
 // The arc that the robot would drive is not quite the leg. Where it would touch something, it
@@ -467,6 +479,7 @@ void Navigator::BackOff(Utime now, Output* out) {
 
 void Navigator::WatchProgress(Utime now, Output* out) {
   const double left = pursuit_ ? pursuit_->Left() : 0;
+  if (progressed_ && left < nearest_m_ - kProgressM) replans_ = 0;
   if (!progressed_ || left < nearest_m_ - kProgressM) {
     progressed_ = now;
     nearest_m_ = left;
@@ -482,6 +495,7 @@ void Navigator::GoOn(EventKind kind, const std::string& reason, Output* out) {
   ++stop_;
   attempts_ = 0;
   detours_ = 0;
+  replans_ = 0;
   obstacles_.Forget();
   phase_ = Phase::kPlan;
   progressed_.reset();

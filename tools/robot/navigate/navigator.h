@@ -111,6 +111,7 @@ class Navigator : public Driver {
   void TakeLeg(floorplan::Leg leg, bool on_the_move, Output* out);
   void Follow(Utime now, Output* out);
   std::optional<double> FreeWay() const;
+  bool HasRoomForArc() const;
   void AvoidOnArc(floorplan::Speed* speed) const;
   double SpeedLimit(Utime now, std::optional<double> free_way) const;
   void BeginBlocked(Utime now, Output* out);
@@ -151,9 +152,12 @@ class Navigator : public Driver {
   floorplan::Leg leg_;
   std::optional<floorplan::Pursuit> pursuit_;
   Utime phase_began_;
-  Utime planned_;                             // when it last tried to plan around obstacles
-  int detours_ = 0;                           // planned on the way to this stop
-  double turned_ = 0;                         // rad, while it looks around
+  Utime planned_;    // when it last tried to plan around obstacles
+  int detours_ = 0;  // planned on the way to this stop
+  int replans_ = 0;  // for other maps, since it last came nearer
+  bool moving_ =
+      false;           // when the way is planned: another leg takes the place of one that it drives
+  double turned_ = 0;  // rad, while it looks around
   double last_yaw_ = 0;                       // while it looks around
   std::vector<Eigen::Vector2d> bumped_into_;  // centres of what it touched
   Eigen::Vector2d bumped_at_ = Eigen::Vector2d::Zero();

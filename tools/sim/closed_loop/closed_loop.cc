@@ -141,13 +141,14 @@ void ClosedLoop::Control() {
   }
 }
 
-void ClosedLoop::Run(const std::function<void(double)>& progress) {
+void ClosedLoop::Run(const std::function<bool(double)>& goes_on) {
   int64_t ms = 0;
-  while (!driver_->finished() && sim_->Step()) {
+  bool stop = false;
+  while (!stop && !driver_->finished() && sim_->Step()) {
     for (const Outgoing& message : sim_->Take()) Deliver(message);
     if (++ms % kControlEveryMs == 0) Control();
     if (ms % kGridEveryMs == 0) SendGrid();
-    if (ms % 1000 == 0) progress(sim_->seconds());
+    if (ms % 1000 == 0) stop = !goes_on(sim_->seconds());
   }
   slam_.Finish();
   grid_.Compose();

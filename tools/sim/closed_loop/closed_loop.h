@@ -54,8 +54,9 @@ class ClosedLoop {
                                                     const SE3& T_MG, const SE3& T_MW,
                                                     const ClosedLoopOptions& options);
 
-  // Until the tour is finished or the scenario's time is over. progress: every simulated second.
-  void Run(const std::function<void(double seconds)>& progress);
+  // Until the tour is finished, the scenario's time is over, or goes_on, which is asked every
+  // simulated second, says no.
+  void Run(const std::function<bool(double seconds)>& goes_on);
 
   // Called with every pose that the driver gets, the truth in its map, and what it does.
   std::function<void(const navigate::RobotPose&)> on_pose;

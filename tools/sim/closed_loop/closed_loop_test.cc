@@ -41,7 +41,7 @@ TEST(ClosedLoop, GoesAroundABoxOnItsOwnPoses) {
       widest = std::max(widest, std::abs(truth.position.y() - 1.9));
     }
   };
-  (*loop)->Run([](double) {});
+  (*loop)->Run([](double) { return true; });
   EXPECT_EQ((*loop)->report().reached, 1);
   EXPECT_EQ((*loop)->report().contacts, 0);
   EXPECT_GT(widest, 0.19 + config.navigate.robot_radius_m);

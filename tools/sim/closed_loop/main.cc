@@ -1,4 +1,5 @@
 // gw-closed-loop: drives of a simulated robot on the whole system, in lockstep.
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -24,6 +25,13 @@ namespace {
 constexpr int64_t kStartUs = 1'000'000'000'000'000;  // 2001-09-09
 constexpr int64_t kPauseUs = 3'600'000'000;          // between two drives
 constexpr double kBoxSide = 0.4, kBoxHeight = 0.5;   // m
+
+// A drive that is cut off (SIGINT, SIGTERM) leaves what it has; no other begins.
+volatile std::sig_atomic_t g_cut_off = 0;
+
+void CutOff(int) {
+  g_cut_off = 1;
+}
 
 struct Arguments {
   std::string scenario, map, waypoints, path, out;
@@ -122,6 +130,7 @@ nlohmann::json Summary(const ClosedLoop& loop, const navigate::ClosedLoop& drive
           {"contacts", r.contacts},
           {"blocked", r.blocked},
           {"held", r.held},
+          {"finished", r.finished},
           {"seconds", r.seconds},
           {"way_m", r.way_m},
           {"speed_seeing_m_s", speed(r.seeing_way_m, r.seeing_s)},
@@ -205,6 +214,7 @@ Result<std::unique_ptr<ClosedLoop>> Drive(const Course& course, std::unique_ptr<
   };
   loop.Run([](double seconds) {
     if (std::fmod(seconds, 20) < 0.5) std::fprintf(stderr, "  %.0f s\n", seconds);
+    return g_cut_off == 0;
   });
   if (const auto closed = record->Close(); !closed) return closed.error();
   const auto driven = navigate::ReadTourRecord(folder);
@@ -257,7 +267,7 @@ Result<Done> Run(const Arguments& a) {
   if (!written) return written.error();
   const auto own = floorplan::LoadFloorMap(folder + "/map.yaml");
   if (!own) return own.error();
-  if (!a.own_grid) return Done{};
+  if (!a.own_grid || g_cut_off != 0) return Done{};
   const backend::Map map = (*first)->slam().mapper().map();
   first->reset();
   const auto again = [&](const std::string& name) -> Result<Done> {
@@ -271,7 +281,7 @@ Result<Done> Run(const Arguments& a) {
     return Done{};
   };
   auto done = again("own_grid");
-  if (!done || a.boxes == 0) return done;
+  if (!done || a.boxes == 0 || g_cut_off != 0) return done;
   AddBoxes(a.boxes, &course);
   return again("boxes");
 }
@@ -283,7 +293,8 @@ int main(int argc, char** argv) {
   gw::sim::Arguments a;
   gw::cli::Command app(
       "Drives of a simulated robot on the whole system, in lockstep and without a bus: the same "
-      "scenario gives the same drive, however busy the machine is. Prints and writes drive.json.\n"
+      "scenario gives the same drive, however busy the machine is. Prints and writes drive.json, "
+      "also of a drive that SIGINT or SIGTERM cuts off.\n"
       "Exit: 0 ok (also when stops were not reached), 1 failed, 2 usage, 78 bad scenario.");
   app.AddOption("--scenario", a.scenario, "what happens (YAML, config/scenarios)")->Required();
   app.AddOption("--out", a.out, "folder for the records")->Required();
@@ -306,6 +317,8 @@ int main(int argc, char** argv) {
   app.AddOption("--rate-factor", a.rate_factor, "on the rates of corrections of POSE")->Positive();
   app.AddFlag("--no-obstacles", a.no_obstacles, "do not show obstacles to the navigator");
   if (const auto exit = app.Parse(argc, argv)) return *exit;
+  std::signal(SIGINT, gw::sim::CutOff);
+  std::signal(SIGTERM, gw::sim::CutOff);
   const auto done = gw::sim::Run(a);
   if (done) return gw::kExitOk;
   std::fprintf(stderr, "gw-closed-loop: %s\n", done.error().message.c_str());

@@ -12,8 +12,9 @@
 namespace gw {
 namespace {
 
-// A camera that looks forward and a little down, 0.35 m above the floor.
-const SE3 kT_BC(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5) * ExpSO3({0.05, 0, 0}), {0.1, 0.02, 0.35});
+// T_BC of a camera that looks forward and a little down, 0.35 m above the floor.
+const SE3 kCamera(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5) * ExpSO3({0.05, 0, 0}),
+                  {0.1, 0.02, 0.35});
 
 TEST(CameraMotion, IsTheBodysMotionSeenFromTheCamera) {
   const SE3 T_WBa(ExpSO3({0.1, 0.2, 0.3}), {1, 2, 3});
@@ -21,8 +22,8 @@ TEST(CameraMotion, IsTheBodysMotionSeenFromTheCamera) {
   DrIncrement dr;
   dr.utime_end = Utime{1'000'000};
   dr.T_BaBb = T_WBa.inverse() * T_WBb;
-  const DrMotion motion = CameraMotion(dr, kT_BC, {});
-  const SE3 expected = (T_WBa * kT_BC).inverse() * (T_WBb * kT_BC);
+  const DrMotion motion = CameraMotion(dr, kCamera, {});
+  const SE3 expected = (T_WBa * kCamera).inverse() * (T_WBb * kCamera);
   EXPECT_LT((motion.T_CaCb.matrix() - expected.matrix()).norm(), 1e-12);
 }
 
@@ -30,11 +31,11 @@ TEST(CameraMotion, TellsWhatErrorsOfTheScalesOfWayAndTurnDo) {
   DrIncrement dr;
   dr.utime_end = Utime{1'000'000};
   dr.T_BaBb = SE3(ExpSO3({0.02, -0.01, 0.4}), {0.3, 0.1, 0.01});
-  const DrMotion motion = CameraMotion(dr, kT_BC, {});
+  const DrMotion motion = CameraMotion(dr, kCamera, {});
   const Eigen::Vector2d errors(0.01, -0.008);
   const SE3 longer(ExpSO3((1 + errors[1]) * LogSO3(dr.T_BaBb.rotation())),
                    (1 + errors[0]) * dr.T_BaBb.translation());
-  const SE3 expected = kT_BC.inverse() * longer * kT_BC;
+  const SE3 expected = kCamera.inverse() * longer * kCamera;
   const SE3 told = motion.T_CaCb * SE3::Exp(motion.lever * errors);
   EXPECT_LT((told.inverse() * expected).Log().norm(), 1e-4);
   EXPECT_GT((motion.T_CaCb.inverse() * expected).Log().norm(), 3e-3);
@@ -46,8 +47,8 @@ TEST(CameraMotion, NominalCovarianceGrowsWithTheNumberOfFramePeriods) {
   const Matrix6d cov = CameraMotion(dr, SE3(), {}).cov;
   EXPECT_NEAR(cov(0, 0), 15 * 0.004 * 0.004, 1e-12);
   EXPECT_NEAR(cov(5, 5), 15 * std::pow(0.1 * std::numbers::pi / 180, 2), 1e-12);
-  const Matrix6d in_camera = InCamera(cov, kT_BC);
-  EXPECT_LT((CameraMotion(dr, kT_BC, {}).cov - in_camera).norm(), 1e-12);
+  const Matrix6d in_camera = InCamera(cov, kCamera);
+  EXPECT_LT((CameraMotion(dr, kCamera, {}).cov - in_camera).norm(), 1e-12);
 }
 
 // Sigmas of a filter that knows the way to a hundredth of what is nominal, and the like.
@@ -94,14 +95,14 @@ TEST(CameraMotion, CarriesTheFiltersCovarianceToTheCamera) {
   Vector6d sigma;
   sigma << 0.05, 0.04, 0.06, 0.05, 0.04, 0.1;
   dr.cov = sigma.cwiseAbs2().asDiagonal();
-  const DrMotion motion = CameraMotion(dr, kT_BC, {});
+  const DrMotion motion = CameraMotion(dr, kCamera, {});
   Matrix6d sampled = Matrix6d::Zero();
   constexpr int kSamples = 20000;
   for (uint64_t i = 0; i < kSamples; ++i) {
     CounterRng rng(3, 4, i);
     Vector6d d;
     for (int k = 0; k < 6; ++k) d[k] = 0.1 * sigma[k] * rng.Normal();  // small: stays linear
-    const SE3 T = kT_BC.inverse() * dr.T_BaBb * SE3::Exp(d) * kT_BC;
+    const SE3 T = kCamera.inverse() * dr.T_BaBb * SE3::Exp(d) * kCamera;
     const Vector6d e = (motion.T_CaCb.inverse() * T).Log();
     sampled += e * e.transpose() * 100.0 / kSamples;
   }
@@ -114,7 +115,7 @@ DrMotion ForwardMotion(double reported_sigma_m) {
   dr.T_BaBb = SE3(ExpSO3({0, 0, 0.2}), {0.3, 0, 0});
   dr.cov.setZero();
   dr.cov.diagonal().setConstant(reported_sigma_m * reported_sigma_m);
-  return CameraMotion(dr, kT_BC, {});
+  return CameraMotion(dr, kCamera, {});
 }
 
 TEST(EdgeCovariance, ScalesTheNominalNoise) {

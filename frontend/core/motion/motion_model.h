@@ -45,7 +45,8 @@ class MotionModel {
   bool Push(const DrState& state);
 
   // Pose of the first image: origin and heading of W are those of the body, and so are roll and
-  // pitch where DR is on a floor: W is level there. Else these are absolute, where DR knows gravity.
+  // pitch where DR is on a floor: W is level there. Else these are absolute, where DR knows
+  // gravity.
   SE3 FirstPose(Utime utime) const;
 
   // Between two images in a row. Always gives a motion; from_dr says whether DR covers the
@@ -60,8 +61,8 @@ class MotionModel {
   // frame. Empty also in variants without such edges, and while healthy vision contradicts it.
   std::optional<DrIncrement> Increment(Utime a, Utime b) const;
 
-  // Of the body, for a keyframe; empty also where DR tells no covariance. Whether vision contradicts
-  // DR or not: what is wrong with its ways and turns says nothing of the floor.
+  // Of the body, for a keyframe; empty also where DR tells no covariance. Whether vision
+  // contradicts DR or not: what is wrong with its ways and turns says nothing of the floor.
   std::optional<DrHeight> Height(Utime utime) const;
 
   // The motion of the camera as DR tells it, with the noise that it claims, whether vision agrees

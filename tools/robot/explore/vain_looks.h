@@ -31,7 +31,7 @@ class VainLooks {
   std::vector<float> On(const floorplan::FloorMap& map) const;
 
   static constexpr double kLongEnoughS =
-      0.6;  // five images at 5 Hz; two that agree make a cell known
+      0.6;  // three images at 5 Hz; two that agree make a cell known
 
  private:
   using Cell = std::pair<int, int>;  // y, x in W

@@ -17,11 +17,11 @@ bool SameFloor(const Keyframe& before, const Keyframe& after) {
 }  // namespace
 
 FloorLevels::FloorLevels(const Map& map, const SE3& T_BC) : map_(map) {
-  const SE3 T_CB = T_BC.inverse();
+  const Eigen::Vector3d p_CB = T_BC.inverse().translation();
   for (const auto& [id, keyframe] : map.keyframes()) {
     const Keyframe& frame = keyframe.frame;
     if (!frame.height) continue;
-    const double level = (frame.T_WC * T_CB).translation().z() - frame.height->z;
+    const double level = (frame.T_WC * p_CB).z() - frame.height->z;
     const auto before = run_of_.find(frame.previous);
     KeyframeId run = id;
     if (before != run_of_.end() && SameFloor(map.keyframes().at(frame.previous).frame, frame)) {
@@ -34,8 +34,7 @@ FloorLevels::FloorLevels(const Map& map, const SE3& T_BC) : map_(map) {
     Run& grows = runs_[run];
     if (grows.begin.size() == kBegin) continue;
     grows.begin.push_back(level);
-    std::vector<double> sorted = grows.begin;
-    grows.level = MedianOf(&sorted);
+    grows.level = MedianOf(&grows.begin);
   }
 }
 

@@ -32,7 +32,7 @@ class FloorLevels {
 
  private:
   struct Run {
-    std::vector<double> begin;  // the levels of its first keyframes, m
+    std::vector<double> begin;  // the levels of its first keyframes, m; in any order
     double level = 0;           // m
   };
 

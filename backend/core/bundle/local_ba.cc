@@ -269,8 +269,9 @@ double Cost(const LocalBaJob& job, const State& state) {
     cost += job.robust_dr ? CauchyCost(squared, kDrRadius2) : squared;
   }
   for (const auto& height : job.heights) {
-    const SE3 T_WB = (job.camera.T_BC * T_CW[height.keyframe]).inverse();
-    const double sigmas = (T_WB.translation().z() - height.z_W) / height.sigma;
+    const double* pose = state.poses[height.keyframe].data();
+    double sigmas = 0;
+    HeightCost(job.camera.T_BC, height.z_W, height.sigma).Evaluate(&pose, &sigmas, nullptr);
     cost += sigmas * sigmas;
   }
   if (job.dr_scale_sigma > 0) {

@@ -44,6 +44,10 @@ struct DrNoise {
   DrCommon sigma_ = DrCommon::Zero();  // of the common errors at the end; 0: not told yet
 };
 
+// Past the newest state a robot is taken to go on at its velocity for so long. Wheels without an
+// IMU may come five times a second; what may happen until then is in the noise of a motion.
+inline constexpr DurationUs kMaxDrExtrapolation = Milliseconds(500);
+
 class DrHistory {
  public:
   // window: states older than this behind the newest are forgotten.
@@ -56,19 +60,23 @@ class DrHistory {
   void Clear() { states_.clear(); }
 
   bool empty() const { return states_.empty(); }
-  // Precondition: !empty().
+  // Precondition of both: !empty().
   const DrState& newest() const { return states_.back(); }
+  const DrState& oldest() const { return states_.front(); }
 
-  // T_OB at an instant, interpolated on the SE(3) geodesic; up to max_extrapolation past the newest
-  // state with its velocity. Empty outside that range, and inside a gap where the counter changed.
-  std::optional<SE3> PoseAt(Utime utime, DurationUs max_extrapolation) const;
+  // T_OB at an instant, interpolated on the SE(3) geodesic; up to kMaxDrExtrapolation past the
+  // newest state with its velocity. Empty outside that range, and inside a gap where the counter
+  // changed.
+  std::optional<SE3> PoseAt(Utime utime) const;
 
   // Motion from a to b (a <= b), with covariance. Empty when either end is not covered (see PoseAt)
   // or a reset lies between them. noise, unless null: what the covariance is made of.
-  std::optional<DrIncrement> Increment(Utime a, Utime b, DurationUs max_extrapolation,
-                                       DrNoise* noise = nullptr) const;
+  std::optional<DrIncrement> Increment(Utime a, Utime b, DrNoise* noise = nullptr) const;
 
  private:
+  // Covariance of PoseAt beside what the states say: of what a robot does between two of them.
+  Matrix6d BetweenStates(Utime utime) const;
+
   DurationUs window_;
   std::deque<DrState> states_;
   ClockWatch clock_;

@@ -27,25 +27,25 @@ DrHistory StraightDrive(int num_states, int reset_at = -1) {
 
 TEST(DrHistory, IncrementInterpolatesBothEnds) {
   const DrHistory history = StraightDrive(101);
-  const auto increment = history.Increment({123456}, {654321}, {0});
+  const auto increment = history.Increment({123456}, {654321});
   ASSERT_TRUE(increment);
   EXPECT_NEAR(increment->T_BaBb.translation().x(), 0.530865, 1e-9);
 }
 
 TEST(DrHistory, RefusesWhatItDoesNotCover) {
   const DrHistory history = StraightDrive(101);
-  EXPECT_FALSE(history.Increment({-1}, {100}, {0}));
-  EXPECT_FALSE(history.Increment({0}, {1000001}, {0}));
-  EXPECT_TRUE(history.Increment({0}, {1005000}, {10000}));
-  EXPECT_FALSE(history.Increment({500000}, {400000}, {0}));
+  EXPECT_FALSE(history.Increment({-1}, {100}));
+  EXPECT_FALSE(history.Increment({0}, {1500001}));
+  EXPECT_TRUE(history.Increment({0}, {1500000}));
+  EXPECT_FALSE(history.Increment({500000}, {400000}));
 }
 
 TEST(DrHistory, NeverBridgesAReset) {
   const DrHistory history = StraightDrive(101, 50);
-  EXPECT_TRUE(history.Increment({0}, {480000}, {0}));
-  EXPECT_TRUE(history.Increment({510000}, {1000000}, {0}));
-  EXPECT_FALSE(history.Increment({480000}, {510000}, {0}));
-  EXPECT_FALSE(history.PoseAt({495000}, {0}));
+  EXPECT_TRUE(history.Increment({0}, {480000}));
+  EXPECT_TRUE(history.Increment({510000}, {1000000}));
+  EXPECT_FALSE(history.Increment({480000}, {510000}));
+  EXPECT_FALSE(history.PoseAt({495000}));
 }
 
 TEST(DrHistory, RefusesTimeThatDoesNotIncrease) {
@@ -68,7 +68,7 @@ TEST(DrHistory, CovarianceComposesWhiteAndCoherentParts) {
     s.cov_twist_coherent(1, 1) = 0.09;
     history.Push(s);
   }
-  const auto increment = history.Increment({0}, {1000000}, {0});
+  const auto increment = history.Increment({0}, {1000000});
   ASSERT_TRUE(increment);
   EXPECT_NEAR(increment->cov(0, 0), 0.5, 1e-9);
   EXPECT_NEAR(increment->cov(5, 5), 0.01, 1e-9);
@@ -91,7 +91,7 @@ DrHistory ThereAndBack(double sigma_there, double sigma_back) {
 
 double HeadingVariance(const DrHistory& history) {
   DrNoise noise;
-  const auto increment = history.Increment({0}, {2000000}, {0}, &noise);
+  const auto increment = history.Increment({0}, {2000000}, &noise);
   EXPECT_LT((increment->cov - noise.Covariance()).norm(), 1e-15);
   return increment->cov(5, 5);
 }
@@ -119,9 +119,30 @@ TEST(DrHistory, StandingStillForgetsNothing) {
     if (!still) s.cov_twist_coherent(5, 5) = 1e-4;
     history.Push(s);
   }
-  const auto increment = history.Increment({0}, {3000000}, {0});
+  const auto increment = history.Increment({0}, {3000000});
   ASSERT_TRUE(increment);
   EXPECT_NEAR(increment->cov(5, 5), 4e-4, 1e-8) << "the same bias before and after";
+}
+
+// What a robot does between two states is in the noise: nothing at a state, most in the middle, and
+// more beyond the newest.
+TEST(DrHistory, TheWayBetweenStatesIsNotKnown) {
+  DrHistory history;
+  for (int i = 0; i <= 10; ++i) {
+    DrState s;
+    s.utime = {i * 200'000};
+    s.T_OB = SE3(Eigen::Quaterniond::Identity(), {0.1 * i, 0, 0});
+    s.v_OB_B = {0.5, 0, 0};
+    EXPECT_TRUE(history.Push(s));
+  }
+  const auto sigma = [&](int64_t a, int64_t b) {
+    return std::sqrt(history.Increment({a}, {b})->cov(0, 0));
+  };
+  EXPECT_EQ(sigma(0, 2'000'000), 0);
+  EXPECT_NEAR(sigma(0, 1'900'000), 0.5 * 0.1 * 0.1 / 2, 1e-12);
+  EXPECT_NEAR(sigma(900'000, 1'000'000), 0.5 * 0.1 * 0.1 / 2, 1e-12);
+  EXPECT_NEAR(sigma(0, 2'200'000), 0.5 * 0.2 * 0.2 / 2, 1e-12);
+  EXPECT_GT(history.Increment({0}, {2'200'000})->cov(5, 5), 0);
 }
 
 }  // namespace

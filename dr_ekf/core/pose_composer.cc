@@ -8,8 +8,6 @@
 namespace gw::dr_ekf {
 namespace {
 
-// An image may be newer than the newest DR state by the latency of the wheels.
-constexpr DurationUs kMaxExtrapolation = Milliseconds(100);
 // How far the robot may have gone while dead reckoning was not there, at least.
 constexpr double kResetWay = 0.1;   // m
 constexpr double kResetTurn = 0.1;  // rad
@@ -91,13 +89,13 @@ LatchResult PoseComposer::Push(const FramePose& frame) {
   if (!frame.T_WB.IsFinite() || !frame.cov_T_WB.allFinite()) return LatchResult::kInvalid;
   if (!IsBetterThanDeadReckoning(frame)) return LatchResult::kIgnoredStatus;
   if (has_map_ && frame.utime <= frame_utime_) return LatchResult::kStale;
-  const std::optional<SE3> T_OB = history_.PoseAt(frame.utime, kMaxExtrapolation);
+  const std::optional<SE3> T_OB = history_.PoseAt(frame.utime);
   if (!T_OB) return LatchResult::kNoDeadReckoning;
 
   Anchor(frame.T_WB, frame.cov_T_WB, *T_OB);
   if (frame.utime < newest_->utime) {
     const std::optional<DrIncrement> since =
-        history_.Increment(frame.utime, newest_->utime, kMaxExtrapolation, &noise_);
+        history_.Increment(frame.utime, newest_->utime, &noise_);
     if (since) {
       const Matrix6d adj = since->T_BaBb.inverse().Adjoint();
       cov_ = adj * cov_ * adj.transpose();

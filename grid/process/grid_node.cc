@@ -18,8 +18,6 @@ constexpr DurationUs kGridPeriod = Milliseconds(500);
 constexpr DurationUs kSavePeriod = Milliseconds(30000);
 constexpr DurationUs kRequestInterval = Milliseconds(1000);
 constexpr DurationUs kSilence = Milliseconds(1500);  // camera or front-end called silent
-// The newest DR state lags the image by up to a wheel message and its delay.
-constexpr DurationUs kMaxDrExtrapolation = Milliseconds(60);
 constexpr size_t kMaxWaiting = 32;     // scans and poses: a second at the rate of the camera
 constexpr size_t kMaxTilesSent = 200;  // in one message: 200 kB
 constexpr size_t kRepeatedTiles = 8;   // in each message: a house of 300 m^2 in 10 s
@@ -120,7 +118,7 @@ void GridNode::Look(process::Shell& shell) {
     return;
   }
   const Utime utime = camera->frame.utime;
-  const auto T_OB = dr_.PoseAt(utime, kMaxDrExtrapolation);
+  const auto T_OB = dr_.PoseAt(utime);
   const uint32_t epoch = dr_.empty() ? 0 : dr_.newest().reset_counter;
   ObstacleView view = obstacles_.Push(utime, T_OB, epoch, *scan);
   view.seq = ++obstacle_seq_;

@@ -1,5 +1,6 @@
 #include "frontend/core/motion/motion_model.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -28,7 +29,7 @@ bool MotionModel::OnFloor() const {
 SE3 MotionModel::FirstPose(Utime utime) const {
   SE3 T_WB;
   if (DrPredicts(variant_) && !dr_.empty() && dr_.newest().gravity_aligned && !OnFloor()) {
-    if (const auto T_OB = dr_.PoseAt(utime, kMaxExtrapolation)) {
+    if (const auto T_OB = dr_.PoseAt(utime)) {
       const Eigen::Matrix3d R = T_OB->rotation().toRotationMatrix();
       const double yaw = std::atan2(R(1, 0), R(0, 0));
       T_WB = SE3(ExpSO3({0, 0, -yaw}) * T_OB->rotation(), Eigen::Vector3d::Zero());
@@ -76,8 +77,9 @@ void MotionModel::VisionCorrected(double factor) {
 
 std::optional<MotionModel::Calibrated> MotionModel::DrBetween(Utime a, Utime b) const {
   DrNoise noise;
-  const auto told = dr_.Increment(a, b, kMaxExtrapolation, &noise);
+  auto told = dr_.Increment(a, b, &noise);
   if (!told) return std::nullopt;
+  told->T_BaBb = DrPose(a)->inverse() * *DrPose(b);
   learnt_.calibration.Limit(&noise, dr_.newest());
   return Calibrated{*told, learnt_.calibration.Corrected(told->T_BaBb, b - a, dr_.newest()), noise};
 }
@@ -147,7 +149,7 @@ std::optional<CameraStep> MotionModel::Step(Utime a, Utime b) const {
 
 std::optional<SE3> MotionModel::OdometryPose(Utime utime) const {
   if (!DrPredicts(variant_)) return std::nullopt;
-  const auto T_OB = dr_.PoseAt(utime, kMaxExtrapolation);
+  const auto T_OB = dr_.PoseAt(utime);
   if (!T_OB) return std::nullopt;
   return *T_OB * T_BC_;
 }
@@ -164,7 +166,7 @@ std::optional<DrIncrement> MotionModel::Increment(Utime a, Utime b) const {
 
 std::optional<DrHeight> MotionModel::Height(Utime utime) const {
   if (!OnFloor()) return std::nullopt;
-  const auto T_OB = dr_.PoseAt(utime, kMaxExtrapolation);
+  const auto T_OB = dr_.PoseAt(utime);
   if (!T_OB) return std::nullopt;
   const Eigen::Vector3d up_B = T_OB->rotation().conjugate() * Eigen::Vector3d::UnitZ();
   const double variance = up_B.dot(dr_.newest().cov_T_OB.topLeftCorner<3, 3>() * up_B);
@@ -188,6 +190,26 @@ void MotionModel::Observe(const Seen& seen, const Motion& expected) {
   }
 }
 
+std::optional<SE3> MotionModel::DrPose(Utime utime) const {
+  const auto at = std::lower_bound(carried_.begin(), carried_.end(), utime,
+                                   [](const Carried& c, Utime t) { return c.utime < t; });
+  const bool stands =
+      at != carried_.end() && at->utime == utime && at->reset_counter == dr_.newest().reset_counter;
+  return stands ? at->T_OB : dr_.PoseAt(utime);
+}
+
+void MotionModel::GoOn(Utime a, Utime b, const Motion& taken) {
+  if (dr_.empty()) return;
+  std::optional<SE3> T_OB = dr_.PoseAt(b);
+  if (!T_OB) {
+    T_OB = DrPose(a);
+    if (!T_OB) return;
+    T_OB = *T_OB * T_BC_ * taken.T_ab * T_BC_.inverse();
+  }
+  carried_.push_back({b, *T_OB, dr_.newest().reset_counter});
+  while (carried_.front().utime < dr_.oldest().utime) carried_.pop_front();
+}
+
 void MotionModel::ObserveNothing() {
   learnt_.calibration.Interrupt();
   window_.reset();
@@ -203,6 +225,7 @@ void MotionModel::Unlearn(Utime since) {
 
 void MotionModel::Restart() {
   ObserveNothing();
+  carried_.clear();
   velocity_.setZero();
   observed_ = {};
 }
@@ -234,7 +257,7 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   learnt_.until = seen.b;
   learnt_.trust.Judge(evidence);
   DrNoise noise_told;
-  if (const auto told = told_.Increment(window->begin, seen.b, kMaxExtrapolation, &noise_told)) {
+  if (const auto told = told_.Increment(window->begin, seen.b, &noise_told)) {
     learnt_.disagreement.Add({told->T_BaBb, OrNominal(noise_told, length).Covariance(),
                               evidence.T_vision, evidence.cov_vision});
   }

@@ -74,6 +74,11 @@ class MotionModel {
   // does not use it.
   std::optional<SE3> OdometryPose(Utime utime) const;
 
+  // The image at b goes without vision and has the pose that `taken` leads to from the image at a.
+  // Motions from there go on from what DR tells of b now, whatever it tells of that instant later:
+  // wheels without an IMU may tell of an image when two more have come.
+  void GoOn(Utime a, Utime b, const Motion& taken);
+
   // What vision measured between two images in a row.
   struct Seen {
     Utime a, b;
@@ -113,8 +118,6 @@ class MotionModel {
   const DrState* newest_dr() const { return dr_.empty() ? nullptr : &dr_.newest(); }
 
  private:
-  static constexpr DurationUs kMaxExtrapolation = Milliseconds(60);
-
   SE3 T_BC_;
   Eigen::Vector3d up_I_;
   Variant variant_;
@@ -126,6 +129,17 @@ class MotionModel {
   bool calibrate_dr_;
   Vector6d velocity_ = Vector6d::Zero();  // camera twist, 1/s
   Utime observed_;                        // until here
+
+  // An image that went without vision, and the pose of DR that its own stands for.
+  struct Carried {
+    Utime utime;
+    SE3 T_OB;
+    uint32_t reset_counter = 0;
+  };
+  std::deque<Carried> carried_;  // those that dr_ covers
+  // What an image goes on from: what DR told of it where it went without vision, else what DR tells
+  // of it now. Empty where DR does not cover it.
+  std::optional<SE3> DrPose(Utime utime) const;
 
   // DR over an interval, and without the errors that are known of it.
   struct Calibrated {

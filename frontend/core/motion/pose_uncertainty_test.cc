@@ -147,15 +147,15 @@ TEST(PoseUncertainty, FollowsWhatDeadReckoningLearns) {
   for (int k = 1; k <= 100; ++k) {
     const Utime a{(k - 1) * 40000}, b{k * 40000};
     DrNoise noise;
-    const auto increment = history.Increment(a, b, {0}, &noise);
+    const auto increment = history.Increment(a, b, &noise);
     ASSERT_TRUE(increment);
     uncertainty.Predict(increment->T_BaBb, noise, b - a);
-    motion = uncertainty.Remember(b, *history.PoseAt(b, {0}), Milliseconds(1000));
+    motion = uncertainty.Remember(b, *history.PoseAt(b), Milliseconds(1000));
   }
-  const auto whole = history.Increment({0}, {4000000}, {0});
+  const auto whole = history.Increment({0}, {4000000});
   ASSERT_TRUE(whole);
   EXPECT_LT((uncertainty.cov() - whole->cov).norm(), 0.02 * whole->cov.norm());
-  const auto second = history.Increment({3000000}, {4000000}, {0});
+  const auto second = history.Increment({3000000}, {4000000});
   ASSERT_TRUE(second && motion);
   EXPECT_EQ(motion->length.us, 1000000);
   EXPECT_LT((motion->cov - second->cov).norm(), 0.02 * second->cov.norm());

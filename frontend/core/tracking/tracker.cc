@@ -195,6 +195,7 @@ void Tracker::Impl::GoOnWithout(const TrackedImage& image, FramePose* report,
   } else {
     recovery_.Reset();
   }
+  motion_.GoOn(track_.utime, image.utime, image.motion);
   track_.GoOn(image.motion.T_ab, image.T_WC_predicted);
   report->dr_share = image.motion.from_dr ? 1.0 : 0.0;
 }

@@ -33,6 +33,10 @@ SampleFault<ImuSample> MakeImuFault(FaultId id) {
       return Each([](ImuSample& s) { s.a_I_m_s2 /= kGravity; });
     case FaultId::kImuHourOff:
       return Each([](ImuSample& s) { s.utime = s.utime + kHour; });
+    case FaultId::kWheelsAlone:
+      return [](bool inside, Samples& samples) {
+        if (inside) samples.clear();
+      };
     case FaultId::kImuStampsRepeat:
       return Each([stamp = std::optional<Utime>()](ImuSample& s) mutable {
         if (stamp) {

@@ -25,6 +25,8 @@ constexpr FaultKind kKinds[] = {
     {kWheelsLate150, "wheels_late_150ms", kWheelsAndDr, 0, 0, "stamped and received 150 ms late"},
     {kWheelsResampled, "wheels_resampled", kWheels, 0, 0,
      "20 Hz of 50 Hz: sums of 40 and of 60 ms in turn, stamped every 50 ms"},
+    {kWheelsAlone, "wheels_alone_5hz", kWheels, 0, 0,
+     "no IMU, and wheels that tell five times a second what they have counted"},
     {kWheelsStuck, "wheels_stuck", kWheelsAndDr, 0, 0,
      "increments of zero, counters stand still (of DR the whole pose)"},
     {kHeadingStuck, "heading_stuck", kWheels, 0, 0,

@@ -20,6 +20,7 @@ enum class FaultId {
   kWheelsLate47,
   kWheelsLate150,
   kWheelsResampled,
+  kWheelsAlone,
   kWheelsStuck,
   kHeadingStuck,
   kWheelsJump,

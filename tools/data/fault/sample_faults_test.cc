@@ -152,6 +152,19 @@ TEST(WheelFault, ResamplingInterpolatesASlowBase) {
   EXPECT_NEAR(Sum(out).translation().x(), 39 * 0.05 - 0.01, 1e-9);
 }
 
+TEST(WheelFault, AloneTellsTheSameWayFiveTimesASecond) {
+  const auto in = Drive();
+  const auto out = With(FaultId::kWheelsAlone, in);
+  ASSERT_EQ(out.size(), 19u);
+  for (const WheelSample& s : out) {
+    EXPECT_EQ((s.utime - s.utime_begin).us, 200'000);
+    EXPECT_NEAR(s.dyaw_rad, kRate * 0.2, 1e-9);
+  }
+  std::vector<Edited<ImuSample>> imu(3);
+  MakeImuFault(FaultId::kWheelsAlone)(true, imu);
+  EXPECT_TRUE(imu.empty());
+}
+
 TEST(WheelFault, StuckHeadingHoldsTheBasesHeadingOrTheWheelsTurn) {
   auto in = Drive();
   const auto held = With(FaultId::kHeadingStuck, in, 50);

@@ -86,8 +86,8 @@ SampleFault<WheelSample> BackToOrigin() {
   };
 }
 
-SampleFault<WheelSample> Resampled() {
-  return [resampler = WheelResampler()](bool inside, Samples& samples) mutable {
+SampleFault<WheelSample> Resampled(const WheelResampler& by) {
+  return [resampler = by](bool inside, Samples& samples) mutable {
     Samples out;
     for (const auto& [sample, delay] : samples) {
       if (!inside) {
@@ -128,7 +128,9 @@ SampleFault<WheelSample> MakeWheelFault(FaultId id) {
     case FaultId::kWheelsLate150:
       return Late(Milliseconds(150));
     case FaultId::kWheelsResampled:
-      return Resampled();
+      return Resampled(WheelResampler());
+    case FaultId::kWheelsAlone:
+      return Resampled(WheelResampler(Milliseconds(200), {}));
     case FaultId::kHeadingStuck:
       return StuckHeading();
     case FaultId::kWheelsJump:

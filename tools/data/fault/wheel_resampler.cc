@@ -6,9 +6,6 @@
 namespace gw::fault {
 namespace {
 
-constexpr DurationUs kPeriod = Milliseconds(50);
-constexpr DurationUs kShortOfEven = Milliseconds(10);  // every other sum ends so much early
-
 SE3 Increment(const WheelSample& sample) {
   return SE3(ExpSO3({0, 0, sample.dyaw_rad}), {sample.dx_m, sample.dy_m, 0});
 }
@@ -35,7 +32,7 @@ WheelResampler::Count WheelResampler::Between(const WheelSample& sample, Utime u
 WheelSample WheelResampler::Sum(const WheelSample& sample, const Count& end, Utime stamp) const {
   WheelSample out = sample;
   out.utime = stamp;
-  out.utime_begin = stamp - kPeriod;
+  out.utime_begin = stamp - period_;
   out.seq = first_seq_ + sums_;
   const SE3 T = given_.T_OB.inverse() * end.T_OB;
   out.dx_m = T.translation().x();
@@ -56,8 +53,8 @@ std::vector<WheelSample> WheelResampler::Push(const WheelSample& sample) {
     return {};
   }
   while (true) {
-    const Utime stamp = *begin_ + DurationUs{(sums_ + 1) * kPeriod.us};
-    const Utime end = sums_ % 2 == 0 ? stamp - kShortOfEven : stamp;
+    const Utime stamp = *begin_ + DurationUs{(sums_ + 1) * period_.us};
+    const Utime end = sums_ % 2 == 0 ? stamp - short_of_even_ : stamp;
     if (end > sample.utime) break;
     const Count count = Between(sample, end);
     made_.push_back(Sum(sample, count, stamp));

@@ -1,5 +1,6 @@
-// Wheels of a driver that takes a 50 Hz base at its own 20 Hz: it sums two and three of the base's
-// intervals in turn, and stamps the sums as if they were equally long.
+// Wheels of a driver that takes a base at a slower rate of its own: it sums the base's intervals
+// and stamps the sums as if they were equally long. With a 50 Hz base at 20 Hz these are two and
+// three in turn.
 #pragma once
 
 #include <deque>
@@ -12,6 +13,11 @@ namespace gw::fault {
 
 class WheelResampler {
  public:
+  // period: by the stamps; short_of_even: every other sum ends so much before its stamp.
+  explicit WheelResampler(DurationUs period = Milliseconds(50),
+                          DurationUs short_of_even = Milliseconds(10))
+      : period_(period), short_of_even_(short_of_even) {}
+
   // The sums whose stamp has come with this sample. What the base did between its own samples is
   // interpolated, so that any input rate will do. seq counts the sums, from the first sample's.
   std::vector<WheelSample> Push(const WheelSample& sample);
@@ -26,6 +32,7 @@ class WheelResampler {
   Count Between(const WheelSample& sample, Utime utime) const;
   WheelSample Sum(const WheelSample& sample, const Count& end, Utime stamp) const;
 
+  DurationUs period_, short_of_even_;
   std::optional<Utime> begin_;
   int64_t first_seq_ = 0;
   int64_t sums_ = 0;              // made

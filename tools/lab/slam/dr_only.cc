@@ -32,8 +32,7 @@ class StateCollector {
     DrCovarianceRow row;
     row.utime = state.utime;
     row.cov_T_OB = state.cov_T_OB;
-    const auto motion =
-        history_.Increment(state.utime - kCovariancePeriod, state.utime, DurationUs{0});
+    const auto motion = history_.Increment(state.utime - kCovariancePeriod, state.utime);
     if (motion) {
       row.motion = kCovariancePeriod;
       row.cov_motion = motion->cov;

@@ -7,13 +7,6 @@
 #include "common/wire/channels.h"
 
 namespace gw::tools {
-namespace {
-
-// The newest DR state lags the image by up to a wheel message and its delay.
-constexpr DurationUs kMaxDrExtrapolation = Milliseconds(60);
-
-}  // namespace
-
 SlamSession::SlamSession(const RobotConfig& config, const CameraGeometry& geometry, Stages stages,
                          BackendSchedule backend)
     : config_(config),
@@ -117,7 +110,7 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
   frames_.push_back(out.pose);
   out.detail.features = {};
   details_.push_back(std::move(out.detail));
-  dr_poses_.push_back(dr_.PoseAt(frame.utime, kMaxDrExtrapolation));
+  dr_poses_.push_back(dr_.PoseAt(frame.utime));
   if (stages_.dr_filter) Deliver(stages_.dr_filter->Push(out.pose));
   if (out.query) backend_.Ask(*out.query, frame.utime);
   if (out.keyframe) Deliver(backend_.Insert(*out.keyframe, frame.utime));

@@ -10,8 +10,6 @@ namespace {
 
 constexpr int kGridEveryMs = 500;
 constexpr int kControlEveryMs = 1000 / navigate::Driver::kRateHz;
-// The newest DR state lags the image by up to a wheel message and its delay.
-constexpr DurationUs kMaxDrExtrapolation = Milliseconds(60);
 constexpr double kMoving = 0.02;  // m/s
 
 }  // namespace
@@ -79,8 +77,7 @@ void ClosedLoop::TakeImage(const CameraFrame& frame, const FramePose& pose) {
   if (!scan) return;
   grid_.Add(pose, *scan);
   const uint32_t epoch = dr_.empty() ? 0 : dr_.newest().reset_counter;
-  const ObstacleView view =
-      obstacles_.Push(frame.utime, dr_.PoseAt(frame.utime, kMaxDrExtrapolation), epoch, *scan);
+  const ObstacleView view = obstacles_.Push(frame.utime, dr_.PoseAt(frame.utime), epoch, *scan);
   sees_ = view.seen_ahead_m > 0;
   if (options_.obstacles) driver_->See(view);
 }

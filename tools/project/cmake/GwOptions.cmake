@@ -36,6 +36,5 @@ endif()
 
 find_program(GW_CCACHE ccache)
 if(GW_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  # Precompiled headers: ccache keeps what uses them only when told so, and reads their 100 MB once instead of each time.
-  set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_INODECACHE=1 ${GW_CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${GW_CCACHE})
 endif()

@@ -1,30 +1,8 @@
-# The library headers that most sources include, compiled once: a quarter of the time of a whole build (docs/adr/0066-precompiled-headers.md).
-# No <iostream>: it would initialise the streams in every source. A source that forgets an include of these is found by
-# the check that compiles headers and sources with the second compiler.
-set(GW_COMMON_HEADERS <Eigen/Cholesky> <Eigen/Core> <Eigen/Geometry> <Eigen/SVD> <algorithm> <cmath> <functional> <map>
-  <memory> <optional> <span> <sstream> <string> <vector>)
-file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cc CONTENT "// Here only for the precompiled headers.\n")
-add_library(gw_headers OBJECT ${CMAKE_BINARY_DIR}/precompiled.cc)
-target_link_libraries(gw_headers PRIVATE Eigen3::Eigen)
-target_precompile_headers(gw_headers PRIVATE ${GW_COMMON_HEADERS})
-add_library(gw_test_headers OBJECT ${CMAKE_BINARY_DIR}/precompiled.cc)
-target_link_libraries(gw_test_headers PRIVATE Eigen3::Eigen GTest::gmock)
-target_precompile_headers(gw_test_headers PRIVATE ${GW_COMMON_HEADERS} <gmock/gmock.h> <gtest/gtest.h>)
-
-# gw_source_options(OPTION... SOURCES source...): compiler options of single sources of this folder. They go without the
-# precompiled headers, whose functions keep the options that they were compiled with.
-function(gw_source_options)
-  cmake_parse_arguments(ARG "" "" "SOURCES" ${ARGN})
-  set_source_files_properties(${ARG_SOURCES} PROPERTIES
-    COMPILE_OPTIONS "${ARG_UNPARSED_ARGUMENTS}" SKIP_PRECOMPILE_HEADERS ON)
-endfunction()
-
 # gw_library(NAME [PURE] SOURCES ... [PUBLIC libs...] [PRIVATE libs...])
 # PURE: a core; gw_purity_tests() checks on its archive that it needs no clock, thread, file and the like.
 function(gw_library name)
   cmake_parse_arguments(ARG "PURE" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
-  target_precompile_headers(${name} REUSE_FROM gw_headers)
   target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   if(ARG_PURE)
@@ -55,7 +33,6 @@ add_custom_target(gw_programs)
 function(gw_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
-  target_precompile_headers(${name} REUSE_FROM gw_headers)
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LIBS})
   install(TARGETS ${name} RUNTIME DESTINATION bin)
@@ -81,7 +58,6 @@ function(gw_test name)
     math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 10")  # sanitizers and emulators are that much slower
   endif()
   add_executable(${name} ${ARG_SOURCES})
-  target_precompile_headers(${name} REUSE_FROM gw_test_headers)
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE

@@ -285,6 +285,7 @@ Result<RecordedMotion> RecordedMotion::Load(const std::string& trajectory,
   if (!whole) return whole.error();
   RecordedMotion motion;
   motion.duration_s_ = end - begin;
+  motion.reference_interval_s_ = (end - begin) / static_cast<double>(reference->size() - 1);
   // One knot before the begin and two after the end. Wheels whose samples come apart or in bursts
   // are smoothed over one of their intervals.
   const int knots = static_cast<int>(motion.duration_s_ / kKnotSpacing) + 4;

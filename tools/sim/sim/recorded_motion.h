@@ -43,11 +43,16 @@ class RecordedMotion {
   const std::vector<Odometry>& odometry() const { return odometry_; }
   double odometry_rate_hz() const;
 
+  // Do the recorded poses come often enough to tell what an IMU would have measured? Kept scans of
+  // a laser, a second and more apart, do not: each turns the robot by degrees against its wheels.
+  bool TellsRates() const { return reference_interval_s_ < 0.5; }
+
   // A floor with walls `half_width` metres on both sides of the way.
   floorplan::FloorMap CorridorAround(double half_width) const;
 
  private:
   double duration_s_ = 0;
+  double reference_interval_s_ = 0;     // mean
   std::vector<Eigen::Vector3d> knots_;  // x, y, unwrapped yaw, every kKnotSpacing
   std::vector<Odometry> odometry_;
 };

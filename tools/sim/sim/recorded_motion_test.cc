@@ -45,6 +45,7 @@ TEST_F(RecordedMotionFile, TheCurveStaysCloseToTheRecordingAndInsideItsCorridor)
   ASSERT_TRUE(motion.ok()) << motion.error().message;
   EXPECT_NEAR(motion->duration_s(), 18.5, 0.1);
   EXPECT_NEAR(motion->odometry_rate_hz(), 20, 0.5);
+  EXPECT_TRUE(motion->TellsRates());
   const floorplan::FloorMap map = motion->CorridorAround(1.5);
   for (double t = 0; t < motion->duration_s(); t += 0.013) {
     const double a = (t + 0.5) / 4;
@@ -60,6 +61,7 @@ TEST_F(RecordedMotionFile, TheOdometryCarriesBetweenTheKeptScansOfALaser) {
   const auto motion =
       RecordedMotion::Load(Write("kept", Circle(0, 21, 3)), Write("odom", Circle(0, 21, 0.1)));
   ASSERT_TRUE(motion.ok()) << motion.error().message;
+  EXPECT_FALSE(motion->TellsRates());
   for (double t = 1; t < 17; t += 0.013) {
     const auto at = motion->At(t);
     EXPECT_LT((at.position - Eigen::Vector2d(2 * std::sin(t / 4), 2 - 2 * std::cos(t / 4))).norm(),

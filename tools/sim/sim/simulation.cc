@@ -173,6 +173,7 @@ Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario,
   const RecordedMotion::Planar first = motion.At(0);
   sim->robot_config_.calibration.wheel.time_offset_s = 0;
   sim->robot_config_.calibration.wheel.rate_hz = std::round(motion.odometry_rate_hz());
+  sim->robot_config_.calibration.imu.present = motion.TellsRates();
   sim->recorded_ = std::move(motion);
   sim->Build(map, {first.position, first.yaw}, way);
   sim->follower_ = std::make_unique<PathFollower>(std::vector<floorplan::Waypoint>{},
@@ -192,7 +193,10 @@ void Simulation::Build(const floorplan::FloorMap& map, const floorplan::Waypoint
   p_GI_ = T_GB_ * T_BI_.translation();
   Note("source", std::string("gw-sim ") + Version() + " scenario " + scenario_.name + " seed " +
                      std::to_string(scenario_.seed) +
-                     (recorded_ ? ", along a recorded robot's way with its odometry" : ""));
+                     (recorded_ ? ", along a recorded robot's way with its odometry" : "") +
+                     (robot_config_.calibration.imu.present
+                          ? ""
+                          : ", without an IMU: the recorded poses are too far apart to tell one"));
 }
 
 void Simulation::SendRecordedOdometry() {
@@ -344,7 +348,8 @@ void Simulation::Measure(const SE3& T_GB_before, Utime before) {
   const Eigen::Vector3d v_GI = (p_GI - p_GI_) / kStep;
   p_GI_ = p_GI;
   // Samples of every sensor are at multiples of its period, rounded down to the step.
-  if (t * scenario_.imu.rate_hz >= static_cast<double>(imu_count_ + 1) - 1e-9) {
+  if (robot_config_.calibration.imu.present &&
+      t * scenario_.imu.rate_hz >= static_cast<double>(imu_count_ + 1) - 1e-9) {
     ++imu_count_;
     const ImuSample sample =
         imu_.Measure(now_, 1 / scenario_.imu.rate_hz, T_GB_, v_GI, std::abs(base_->v()));

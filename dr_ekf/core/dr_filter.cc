@@ -35,6 +35,7 @@ DrFilter::DrFilter(const DrEkfConfig& config, const Calibration& calibration)
     : config_(config),
       calibration_(calibration),
       model_(config, calibration),
+      vision_(calibration.camera.T_BC),
       chain_(config, DurationFromSeconds(1 / calibration.wheel.rate_hz)),
       imu_check_(calibration.imu) {
   if (calibration.imu.present && calibration.imu.has_accel && calibration.wheel.present) {

@@ -57,7 +57,7 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
   const bool for_long = state.utime - gate.rejecting_since > DurationFromSeconds(kMaxWayRejection);
   if (axis == 0 && stand) {
     state.wheels_stand = state.wheels_stand || for_long;
-  } else if (impossible || for_long) {
+  } else if (impossible || (for_long && !accused)) {
     DoubtAccelerometer(axis, interval.innovation / interval.dt, state);
   }
   return verdict;

@@ -31,7 +31,7 @@ constexpr double kStands = 0.1;
 }  // namespace
 
 void VisionWitness::Clear() {
-  *this = VisionWitness();
+  *this = VisionWitness(T_BC_);
 }
 
 double VisionWitness::WayAt(Utime utime) const {
@@ -61,6 +61,16 @@ std::optional<VisionVerdict> VisionWitness::Push(const FramePose& frame) {
   return TakeCovered();
 }
 
+// Beside the same keyframe the pose stands wherever the map moves that; at ten images a second
+// nearly each comes with a map of its own.
+std::optional<SE3> VisionWitness::MotionBetween(const FramePose& a, const FramePose& b) const {
+  if (a.map_revision == b.map_revision) return a.T_WB.inverse() * b.T_WB;
+  if (!a.reference_keyframe.valid() || a.reference_keyframe != b.reference_keyframe) {
+    return std::nullopt;
+  }
+  return T_BC_ * a.T_KC.inverse() * b.T_KC * T_BC_.inverse();
+}
+
 std::optional<VisionVerdict> VisionWitness::TakeCovered() {
   std::optional<VisionVerdict> verdict;
   while (!waiting_.empty() && !ways_.empty() && waiting_.front().utime <= ways_.back().utime) {
@@ -69,7 +79,8 @@ std::optional<VisionVerdict> VisionWitness::TakeCovered() {
     if (last_ && frame.utime <= last_->utime) continue;
     const std::optional<FramePose> before = last_;
     last_.reset();
-    if (frame.utime < ways_.front().utime || !VisionMayJudgeDr(frame) || !frame.T_WB.IsFinite()) {
+    if (frame.utime < ways_.front().utime || !VisionMayJudgeDr(frame) || !frame.T_WB.IsFinite() ||
+        !frame.T_KC.IsFinite()) {
       steps_.clear();
       suspected_ = false;
       accused_since_.reset();
@@ -77,13 +88,14 @@ std::optional<VisionVerdict> VisionWitness::TakeCovered() {
     }
     last_ = frame;
     if (!before || before->utime < ways_.front().utime ||
-        frame.utime - before->utime > kMaxImageGap || frame.map_revision != before->map_revision) {
-      continue;  // a map that was corrected may have moved the pose
+        frame.utime - before->utime > kMaxImageGap) {
+      continue;
     }
-    const SE3 T_ab = before->T_WB.inverse() * frame.T_WB;
-    const Eigen::Quaterniond half_back = ExpSO3(-0.5 * LogSO3(T_ab.rotation()));
+    const std::optional<SE3> T_ab = MotionBetween(*before, frame);
+    if (!T_ab) continue;
+    const Eigen::Quaterniond half_back = ExpSO3(-0.5 * LogSO3(T_ab->rotation()));
     steps_.push_back({frame.utime, (frame.utime - before->utime).seconds(),
-                      WayAt(frame.utime) - WayAt(before->utime), half_back * T_ab.translation()});
+                      WayAt(frame.utime) - WayAt(before->utime), half_back * T_ab->translation()});
     while (frame.utime - steps_.front().end > kWindow) steps_.pop_front();
     verdict = Judge();
   }

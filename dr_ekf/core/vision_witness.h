@@ -19,6 +19,9 @@ struct VisionVerdict {
 
 class VisionWitness {
  public:
+  // T_BC: of the camera whose images they are.
+  explicit VisionWitness(const SE3& T_BC) : T_BC_(T_BC) {}
+
   // Both in camera time and in the order of time; what is not newer is ignored. The verdict is
   // empty while there is none: vision not healthy, not long enough, neither clearly right nor
   // clearly wrong, or wrong for so long that it is no slip but a scale.
@@ -31,17 +34,20 @@ class VisionWitness {
     Utime utime;
     double way_m;  // of the wheels since the start
   };
-  struct Step {  // between two images of one map
+  struct Step {  // between two images
     Utime end;
     double duration_s, wheels_m;
     Eigen::Vector3d vision_m;  // in the heading halfway
   };
 
   std::optional<VisionVerdict> TakeCovered();
+  // Motion of the body between two images. Empty: the map moved in between, and with it the pose.
+  std::optional<SE3> MotionBetween(const FramePose& a, const FramePose& b) const;
   std::optional<VisionVerdict> Judge();
   // Precondition: ways_.front().utime <= utime <= ways_.back().utime.
   double WayAt(Utime utime) const;
 
+  SE3 T_BC_;
   std::deque<WayPoint> ways_;
   std::deque<FramePose> waiting_;  // newer than the wheels
   std::optional<FramePose> last_;  // the image before, if it was healthy

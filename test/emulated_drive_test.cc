@@ -242,7 +242,7 @@ TEST(EmulatedDrive, DriversFeedThePosesThatDriveTheRobotRound) {
   double worst = 0;
   int64_t lost = 0;
   for (const FramePose& frame : frames) {
-    lost += frame.status != TrackingStatus::kTracking;
+    lost += frame.status != TrackingStatus::kTracking && frame.status != TrackingStatus::kDegraded;
     const double error = (robot.EstimatedBodyPose(frame).translation() -
                           robot.TrueBodyPose(frame.utime).translation())
                              .norm();

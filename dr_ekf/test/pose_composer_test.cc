@@ -135,7 +135,7 @@ TEST(PoseComposer, RefusesStaleUncoveredAndInvalidFrames) {
   composer.Push(StateAt(100));
   composer.Push(StateAt(200));
   EXPECT_EQ(composer.Push(FrameAt(50, Somewhere(1))), LatchResult::kNoDeadReckoning);
-  EXPECT_EQ(composer.Push(FrameAt(400, Somewhere(1))), LatchResult::kNoDeadReckoning);
+  EXPECT_EQ(composer.Push(FrameAt(701, Somewhere(1))), LatchResult::kNoDeadReckoning);
   EXPECT_EQ(composer.Push(FrameAt(150, Somewhere(1))), LatchResult::kLatched);
   EXPECT_EQ(composer.Push(FrameAt(150, Somewhere(1))), LatchResult::kStale);
   FramePose bad = FrameAt(190, Somewhere(1));

@@ -117,14 +117,14 @@ TEST(PoseComposer, FollowsTheCalibratedDeadReckoningOfTheFrontEndWhileVisionIsGo
   composer.Push(StateAt(0));
   ASSERT_EQ(composer.Push(FrameAt(0, Somewhere(3))), LatchResult::kLatched);
   std::optional<Pose> pose;
-  const auto Moved = [](double way) { return SE3(Eigen::Quaterniond::Identity(), {way, 0, 0}); };
+  const auto moved = [](double way) { return SE3(Eigen::Quaterniond::Identity(), {way, 0, 0}); };
   for (int ms = 10; ms <= 10000; ms += 10) {
     pose = composer.Push(StateAt(ms));
     if (ms % 50 != 0 || ms > 9900) continue;
-    const SE3 T_WB = Somewhere(3) * Moved(0.98e-3 * ms);
+    const SE3 T_WB = Somewhere(3) * moved(0.98e-3 * ms);
     ASSERT_EQ(composer.Push(FrameAt(ms, T_WB, TrackingStatus::kDrOnly)), LatchResult::kLatched);
   }
-  const SE3 expected = Somewhere(3) * Moved(0.98 * 9.9 + 0.1);
+  const SE3 expected = Somewhere(3) * moved(0.98 * 9.9 + 0.1);
   EXPECT_LT(Distance(pose->T_WB, expected), 1e-9);
   EXPECT_EQ(pose->frame_pose_age_us, 100000);
 }

@@ -171,6 +171,7 @@ class EmulatedRobot {
   static std::vector<Eigen::Vector2d> KeepFree(const std::vector<floorplan::Waypoint>& stops,
                                                const std::vector<floorplan::Leg>& legs) {
     std::vector<Eigen::Vector2d> out;
+    out.reserve(stops.size());
     for (const auto& stop : stops) out.push_back(stop.position);
     for (const auto& leg : legs) out.insert(out.end(), leg.begin(), leg.end());
     return out;

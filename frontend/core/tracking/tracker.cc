@@ -255,9 +255,12 @@ void Tracker::Impl::FillPose(FramePose* report) const {
   const Matrix6d cov = claims_place_ ? track_.cov() : CovarianceOfNoIdea();
   report->cov_T_WB = adj * cov * adj.transpose();
   report->map_revision = map_.revision();
-  report->reference_keyframe = track_.reference;
-  const auto T_WK = map_.KeyframePose(track_.reference);
-  report->T_KC = T_WK ? T_WK->inverse() * track_.T_WC : track_.T_WC;
+  if (const auto T_WK = map_.KeyframePose(track_.reference)) {
+    report->reference_keyframe = track_.reference;
+    report->T_KC = T_WK->inverse() * track_.T_WC;
+  } else {
+    report->T_KC = track_.T_WC;
+  }
   if (const DrState* dr = motion_.newest_dr()) {
     report->dr_seq = dr->seq;
     report->dr_reset_counter = dr->reset_counter;

@@ -125,8 +125,8 @@ inline constexpr double kSlipsMemory = 20;  // s
 // An accelerometer that is found wrong: by how much the speed, and the tilt that gravity leaks by.
 inline constexpr double kSpeedSlack = 0.15;  // m/s
 inline constexpr double kTiltDoubt = 0.02;   // rad
-// After this time the wheels are believed again: the accelerometer knows the speed to 0.1 m/s for
-// this long.
+// After this time the wheels are believed again, unless vision contradicts them, too: the
+// accelerometer knows the speed to 0.1 m/s for this long.
 inline constexpr double kMaxWayRejection = 3.0;  // s
 // A disagreement of gyro and wheels that lasts longer is no slip; what it is shows by its shape.
 inline constexpr double kMaxYawRejection = 3.0;  // s

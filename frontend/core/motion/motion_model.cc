@@ -12,7 +12,8 @@
 namespace gw::frontend {
 namespace {
 
-constexpr DurationUs kMaxCoasting = Milliseconds(500);  // constant velocity is believed this long
+// Constant velocity is believed as long as that of dead reckoning.
+constexpr DurationUs kMaxCoasting = kMaxDrExtrapolation;
 // Spread of the real motion around constant velocity per 1/30 s (hand-held recording, 95 % of
 // images).
 constexpr double kCoastingSigmaRotation = 0.008;     // rad

@@ -128,7 +128,7 @@ SampleFault<WheelSample> MakeWheelFault(FaultId id) {
     case FaultId::kWheelsLate150:
       return Late(Milliseconds(150));
     case FaultId::kWheelsResampled:
-      return Resampled(WheelResampler());
+      return Resampled(WheelResampler(Milliseconds(50), Milliseconds(10)));
     case FaultId::kWheelsAlone:
       return Resampled(WheelResampler(Milliseconds(200), {}));
     case FaultId::kHeadingStuck:

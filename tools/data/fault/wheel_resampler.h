@@ -1,6 +1,5 @@
 // Wheels of a driver that takes a base at a slower rate of its own: it sums the base's intervals
-// and stamps the sums as if they were equally long. With a 50 Hz base at 20 Hz these are two and
-// three in turn.
+// and stamps the sums as if they were equally long.
 #pragma once
 
 #include <deque>
@@ -14,8 +13,7 @@ namespace gw::fault {
 class WheelResampler {
  public:
   // period: by the stamps; short_of_even: every other sum ends so much before its stamp.
-  explicit WheelResampler(DurationUs period = Milliseconds(50),
-                          DurationUs short_of_even = Milliseconds(10))
+  WheelResampler(DurationUs period, DurationUs short_of_even)
       : period_(period), short_of_even_(short_of_even) {}
 
   // The sums whose stamp has come with this sample. What the base did between its own samples is

@@ -7,6 +7,7 @@
 #include "common/wire/channels.h"
 
 namespace gw::tools {
+
 SlamSession::SlamSession(const RobotConfig& config, const CameraGeometry& geometry, Stages stages,
                          BackendSchedule backend)
     : config_(config),

@@ -30,8 +30,8 @@ class VainLooks {
   // For every cell of the map the least range (m); kNeverLookedAt where there was none.
   std::vector<float> On(const floorplan::FloorMap& map) const;
 
-  static constexpr double kLongEnoughS =
-      0.6;  // three images at 5 Hz; two that agree make a cell known
+  // Three images at 5 Hz; two that agree make a cell known.
+  static constexpr double kLongEnoughS = 0.6;
 
  private:
   using Cell = std::pair<int, int>;  // y, x in W

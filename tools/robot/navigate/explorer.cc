@@ -160,13 +160,19 @@ void Explorer::LookAndGoOn(Utime now, Output* out) {
   Return();
 }
 
+// Of ways and places: with the room that the configuration asks for, and without.
+std::array<double, 2> Explorer::Clearances() const {
+  return {config_.robot_radius_m + config_.clearance_m,
+          config_.robot_radius_m + std::min(kTightM, config_.clearance_m)};
+}
+
 // To where it began, or, where that is nearer to something than it can drive, to the nearest place
 // beside it that it can reach.
 void Explorer::Return() {
   floorplan::Waypoint place = *home_;
   double clearance = config_.robot_radius_m;
-  for (const double room : {config_.clearance_m, std::min(kTightM, config_.clearance_m)}) {
-    clearance = config_.robot_radius_m + room;
+  for (const double tried : Clearances()) {
+    clearance = tried;
     const std::vector<float> way = explore::WayLengths(map_, pose_->position, clearance);
     double apart = floorplan::kMaxStopMove;
     for (int i = 0; i < static_cast<int>(way.size()); ++i) {
@@ -194,8 +200,8 @@ Explorer::Found Explorer::FindViews(const explore::UnseenFloor& floor) const {
   Found found;
   explore::ViewSearch search;
   search.barred = barred_;
-  for (const double room : {config_.clearance_m, std::min(kTightM, config_.clearance_m)}) {
-    search.clearance_m = found.clearance_m = config_.robot_radius_m + room;
+  for (const double clearance : Clearances()) {
+    search.clearance_m = found.clearance_m = clearance;
     found.views = explore::FindViews(floor, pose_->position, search);
     if (!found.views.empty()) break;
   }

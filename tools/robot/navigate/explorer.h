@@ -19,6 +19,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,10 +58,10 @@ class Explorer : public Driver {
   PoseState pose_state() const override { return navigator_.pose_state(); }
   std::string waits_for() const override { return waits_for_; }
 
-  int num_explored() const {
-    return num_explored_;
-  }                                           // frontiers that it looked past, there or on the way
-  int num_left() const { return num_left_; }  // out of reach or not to be seen past
+  // Frontiers that it looked past, there or on the way.
+  int num_explored() const { return num_explored_; }
+  // Those that were out of reach or not to be seen past.
+  int num_left() const { return num_left_; }
   // The floor map as it drives on it.
   const floorplan::FloorMap& map() const { return map_; }
 
@@ -82,6 +83,7 @@ class Explorer : public Driver {
   void Reconsider(Utime now);
   void StopAndLook(Utime now);
   bool Enclosed() const;
+  std::array<double, 2> Clearances() const;
   Found FindViews(const explore::UnseenFloor& floor) const;
   int FirstOf(const Found& found) const;
   void GoTo(const Found& found, int view);

@@ -152,13 +152,12 @@ class Navigator : public Driver {
   floorplan::Leg leg_;
   std::optional<floorplan::Pursuit> pursuit_;
   Utime phase_began_;
-  Utime planned_;    // when it last tried to plan around obstacles
-  int detours_ = 0;  // planned on the way to this stop
-  int replans_ = 0;  // for other maps, since it last came nearer
-  bool moving_ =
-      false;           // when the way is planned: another leg takes the place of one that it drives
-  double turned_ = 0;  // rad, while it looks around
-  double last_yaw_ = 0;                       // while it looks around
+  Utime planned_;        // when it last tried to plan around obstacles
+  int detours_ = 0;      // planned on the way to this stop
+  int replans_ = 0;      // for other maps, since it last came nearer
+  bool moving_ = false;  // the leg that is planned takes the place of one that it drives
+  double turned_ = 0;    // rad, while it looks around
+  double last_yaw_ = 0;  // while it looks around
   std::vector<Eigen::Vector2d> bumped_into_;  // centres of what it touched
   Eigen::Vector2d bumped_at_ = Eigen::Vector2d::Zero();
   double nearest_m_ = 0;  // the stop has been, along the way

@@ -123,6 +123,10 @@ bool LocalMap::Apply(const MapUpdate& update) {
   for (const LandmarkId id : update.removed_landmarks) points_.Erase(id.value);
   for (const KeyframeRemoval& k : update.removed_keyframes) keyframes_.erase(k.id);
   revision_ = update.revision;
+  if (update.snapshot) {
+    known_ = true;
+    frozen_ = update.frozen;
+  }
   return true;
 }
 

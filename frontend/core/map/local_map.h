@@ -49,7 +49,13 @@ class LocalMap {
   // Of all lengths, see Keyframe; that of the map that it began with.
   double length_factor() const { return length_factor_; }
 
+  // A snapshot has come: what the back-end has is here.
+  bool known() const { return known_; }
+  // The back-end takes in no keyframes.
+  bool frozen() const { return frozen_; }
   bool empty() const { return points_.empty(); }
+  // There is something to track.
+  bool there() const { return known_ && !empty(); }
   int64_t revision() const { return revision_; }
   size_t num_keyframes() const { return keyframes_.size(); }
   size_t num_points() const { return points_.size(); }
@@ -109,6 +115,8 @@ class LocalMap {
 
   RectifiedCamera camera_;
   Pyramid pyramid_;
+  bool known_ = false;
+  bool frozen_ = false;
   int64_t revision_ = 0;
   uint64_t visit_ = 0;
   KeyframeId piece_;

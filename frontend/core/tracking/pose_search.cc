@@ -25,7 +25,7 @@ bool ExplainsMore(const FoundPose& a, const FoundPose& b) {
 }  // namespace
 
 PoseSearch::PoseSearch(const FrontendConfig& config, const RectifiedCamera& camera,
-                       const Parts& parts)
+                       const TrackerParts& parts)
     : config_(config),
       motion_(parts.motion),
       cleaner_(parts.cleaner),

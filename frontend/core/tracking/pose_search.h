@@ -7,46 +7,16 @@
 
 #include "common/camera/camera_model.h"
 #include "common/config/frontend_config.h"
-#include "frontend/core/features/image_cleaner.h"
-#include "frontend/core/map/local_map.h"
-#include "frontend/core/motion/motion_model.h"
-#include "frontend/core/place/place_watch.h"
-#include "frontend/core/tracking/camera_track.h"
 #include "frontend/core/tracking/pose_finder.h"
-#include "frontend/core/tracking/witnesses.h"
+#include "frontend/core/tracking/tracked_image.h"
+#include "frontend/core/tracking/tracker_parts.h"
 
 namespace gw::frontend {
 
-// One image on its way to a pose.
-struct TrackedImage {
-  Utime utime;
-  const FeatureFrame* of_world = nullptr;  // without what is fixed to the camera
-  const FeatureFrame* frame = nullptr;     // ... corrected for the motion
-  Motion motion;                           // since the image before; where hinted, from the hint
-  SE3 T_ab;                                // since the image before, in any case
-  SE3 T_WC_before;                         // where the motion begins
-  SE3 T_WC_predicted;                      // and ends
-  bool hinted = false;                     // a pose of the DR process is the prediction
-  FoundPose found;
-  bool agreed = false;   // with DR, around whose prediction the pose was found
-  bool snapped = false;  // found from a confirmed place, and believed
-
-  Witnesses::OfDr of_dr() const { return {utime, T_WC_predicted, motion.weight_cov}; }
-};
-
 class PoseSearch {
  public:
-  // What it works with; all outlive it.
-  struct Parts {
-    MotionModel* motion;
-    ImageCleaner* cleaner;
-    LocalMap* map;
-    Witnesses* witnesses;
-    PlaceWatch* place;
-    CameraTrack* track;
-  };
-
-  PoseSearch(const FrontendConfig& config, const RectifiedCamera& camera, const Parts& parts);
+  PoseSearch(const FrontendConfig& config, const RectifiedCamera& camera,
+             const TrackerParts& parts);
 
   // Finds the pose of an image in the map, which is not empty. Call after the uncertainty of the
   // track was predicted. Moves the track to a confirmed place where the image is seen there, and

@@ -8,7 +8,6 @@
 #include "common/good_weights/camera_motion.h"
 #include "common/good_weights/quality.h"
 #include "common/good_weights/vision_noise.h"
-#include "common/vision/scale_lengths.h"
 #include "frontend/core/features/image_cleaner.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/motion/motion_model.h"
@@ -16,6 +15,9 @@
 #include "frontend/core/place/recovery.h"
 #include "frontend/core/tracking/camera_track.h"
 #include "frontend/core/tracking/frame_detail.h"
+#include "frontend/core/tracking/image_intake.h"
+#include "frontend/core/tracking/map_growth.h"
+#include "frontend/core/tracking/pose_judge.h"
 #include "frontend/core/tracking/pose_search.h"
 #include "frontend/core/tracking/tracking_state.h"
 #include "frontend/core/tracking/witnesses.h"
@@ -34,12 +36,6 @@ constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
 // A POSE that is less sure than this does not know where it is itself.
 constexpr double kHintSigma = 1.0;  // m
-
-// The landmarks that the image begins carry the next image.
-bool CarriesTheNext(const FeatureFrame& frame) {
-  return std::count_if(frame.features.begin(), frame.features.end(),
-                       [](const Feature& f) { return f.has_depth(); }) >= kMinInitialLandmarks;
-}
 
 // Why an image is not used.
 TrackingReason ProblemOf(FeatureExtractor::Outcome outcome) {
@@ -70,7 +66,11 @@ class Tracker::Impl {
         cleaner_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         place_(camera_, Departs(Departure::kRecovery)),
         track_(config),
-        search_(config, camera_, {&motion_, &cleaner_, &map_, &witnesses_, &place_, &track_}) {}
+        parts_{&motion_, &cleaner_, &map_, &witnesses_, &place_, &track_},
+        intake_(config, parts_),
+        search_(config, camera_, parts_),
+        judge_(config, parts_),
+        growth_(config, parts_) {}
 
   TrackerOutput Push(const CameraFrame& frame);
   TrackerOutput Track(Utime utime, int64_t seq, const FeatureFrame& features,
@@ -80,24 +80,16 @@ class Tracker::Impl {
   void Push(const Pose& pose);
   void Push(const PlaceMatch& match);
   MapRequest Request() const;
-  bool has_map() const { return map_known_; }
+  bool has_map() const { return map_.known(); }
   DrConstantFault dr_fault() const { return motion_.dr_fault(); }
-  LengthFault length_fault() const;
+  LengthFault length_fault() const { return intake_.length_fault(); }
 
  private:
   bool Departs(Departure d) const { return config_.dr_weight.Departs(d); }
-  bool map_there() const { return map_known_ && !map_.empty(); }
 
-  void CorrectLengths();
-  const FeatureFrame& InMetres(const FeatureFrame& seen);
-  const FeatureFrame* LeaveOutFixed(Utime utime, const FeatureFrame& seen);
   TrackerOutput Refuse(TrackerOutput out) const;
   void Restart(Utime utime);
   TrackedImage Predict(Utime utime);
-  bool IsBelieved(const TrackedImage& image, const FramePose& report);
-  bool Believable(const TrackedImage& image);
-  PlaceEvidence Evidence(const TrackedImage& image, const FramePose& report, bool placed,
-                         int num_inliers) const;
   void Accept(const TrackedImage& image, FramePose* report, ImageOutcome* outcome);
   void GoOnWithout(const TrackedImage& image, FramePose* report, const ImageOutcome& outcome);
   void Judge(TrackedImage* image, TrackerOutput* out);
@@ -105,11 +97,7 @@ class Tracker::Impl {
   MotionModel::Seen Seen(const TrackedImage& image, const SE3& T_ab, const FramePose& report,
                          bool carried) const;
   void ConsiderPlace(const TrackedImage& image, TrackerOutput* out, ImageOutcome* outcome);
-  bool BeginsMap(const FeatureFrame& frame) const;
-  bool CanBeginPiece(const FeatureFrame& frame) const;
   void BeginPiece(ImageOutcome* outcome);
-  bool ContinuesMap(bool vision, const Motion& motion) const;
-  Keyframe MakeKeyframe(const FeatureFrame& frame, const FoundPose& found, const FramePose& report);
   void FillPose(FramePose* report) const;
   void FillMotion(FramePose* report);
 
@@ -119,52 +107,21 @@ class Tracker::Impl {
   LocalMap map_;
   MotionModel motion_;
   FeatureFrame frame_;
-  FeatureFrame frame_in_metres_;
   ImageCleaner cleaner_;
   PlaceWatch place_;
   CameraTrack track_;
 
-  bool map_known_ = false;   // a snapshot has come
-  bool map_frozen_ = false;  // the back-end takes in no keyframes: none are made
   ClockWatch clock_;
-  Recovery recovery_;
   Witnesses witnesses_{&motion_, &track_.anchors};
   std::optional<Pose> hint_;
   bool joined_ = false;        // the piece in use became part of another: the next pose jumps
   bool claims_place_ = false;  // the newest image's pose; false: it may be anywhere
+  TrackerParts parts_;
+  ImageIntake intake_;
   PoseSearch search_;
+  PoseJudge judge_;
+  MapGrowth growth_;
 };
-
-// True when a pose that vision finds after it was broken is to be believed. Call after the
-// uncertainty of the track was predicted.
-bool Tracker::Impl::Believable(const TrackedImage& image) {
-  const PoseEstimate& e = image.found.estimate;
-  const Matrix6d cov = VisionCovariance(e.vision_information);
-  const Matrix6d& motion_cov = image.motion.weight_cov;
-  std::optional<Recovery::Expectation> expected;
-  if (track_.placed() || image.hinted) {
-    expected = Recovery::Expectation{image.T_WC_predicted, track_.uncertainty.cov() + motion_cov,
-                                     place_.in_doubt()};
-  }
-  const Recovery::Verdict verdict =
-      recovery_.Judge({e.T_WC, cov, e.num_inliers, image.T_ab, motion_cov}, expected);
-  // Dead reckoning does not lead from the last keyframe to here.
-  if (verdict == Recovery::Verdict::kElsewhere) track_.chain.Break();
-  return verdict != Recovery::Verdict::kWait;
-}
-
-// True when the pose that vision found is taken over. What it finds after it was broken has to be
-// believed; without dead reckoning there is nothing to hold against it, but that the place is in
-// doubt or not known.
-bool Tracker::Impl::IsBelieved(const TrackedImage& image, const FramePose& report) {
-  if (image.snapped || !Departs(Departure::kRecovery)) return true;
-  if (witnesses_.Refuted(image.utime) && !witnesses_.Stands(image.found)) return false;
-  const bool judged =
-      track_.vision_broken() && (image.motion.from_dr || !track_.placed() || place_.in_doubt());
-  if (judged) return Believable(image);
-  return !place_.Contradicts(
-      Evidence(image, report, track_.placed(), image.found.estimate.num_inliers));
-}
 
 // Takes over the pose of an image that vision carries.
 void Tracker::Impl::Accept(const TrackedImage& image, FramePose* report, ImageOutcome* outcome) {
@@ -184,7 +141,7 @@ void Tracker::Impl::Accept(const TrackedImage& image, FramePose* report, ImageOu
                                           LogSO3(correction.rotation()).norm() > kSnapRotation));
   track_.Take(found, *image.frame, map_);
   witnesses_.Learn(image.of_dr(), image.agreed, found);
-  recovery_.Reset();
+  judge_.Forget();
 }
 
 // Without a pose from vision that is believed.
@@ -193,23 +150,11 @@ void Tracker::Impl::GoOnWithout(const TrackedImage& image, FramePose* report,
   if (outcome.unconfirmed) {
     report->reason = TrackingReason::kPoseJump;
   } else {
-    recovery_.Reset();
+    judge_.Forget();
   }
   motion_.GoOn(track_.utime, image.utime, image.motion);
   track_.GoOn(image.motion.T_ab, image.T_WC_predicted);
   report->dr_share = image.motion.from_dr ? 1.0 : 0.0;
-}
-
-// There is no map yet, and this image shows enough to begin it.
-bool Tracker::Impl::BeginsMap(const FeatureFrame& frame) const {
-  if (map_frozen_ || !map_known_ || !map_.empty()) return false;
-  return CarriesTheNext(frame);
-}
-
-// It shows enough to begin a piece of the map, as it would to begin a map.
-bool Tracker::Impl::CanBeginPiece(const FeatureFrame& frame) const {
-  if (map_frozen_ || !map_there() || !DrInLocalBa(config_.variant)) return false;
-  return CarriesTheNext(frame) && frame.num_detected >= PlaceConfirmation::kRich;
 }
 
 // The piece begins where dead reckoning has led.
@@ -217,27 +162,8 @@ void Tracker::Impl::BeginPiece(ImageOutcome* outcome) {
   outcome->begins_piece = true;
   track_.BeginPiece(&map_);
   witnesses_.Forget();
-  recovery_.Reset();
+  judge_.Forget();
   place_.BeginPiece();
-}
-
-// An image may become a keyframe when it is known where it was taken, by vision or dead reckoning.
-bool Tracker::Impl::ContinuesMap(bool vision, const Motion& motion) const {
-  if (map_frozen_ || (map_known_ && map_.empty()) || place_.in_doubt()) return false;
-  return vision || (track_.placed() && motion.from_dr && DrInLocalBa(config_.variant));
-}
-
-Keyframe Tracker::Impl::MakeKeyframe(const FeatureFrame& frame, const FoundPose& found,
-                                     const FramePose& report) {
-  Keyframe k = track_.chain.Make({frame, found, report, track_.T_WC, track_.uncertainty.cov(),
-                                  map_.piece(), map_.revision(), map_.length_factor()},
-                                 motion_);
-  for (size_t i = 0; i < k.landmarks.size(); ++i) {
-    if (k.landmarks[i] != LandmarkId::From(k.id, static_cast<int>(i))) continue;
-    track_.points.push_back({k.landmarks[i], frame.descriptors[i], frame.features[i].level});
-  }
-  map_.AddKeyframe(k);
-  return k;
 }
 
 void Tracker::Impl::FillMotion(FramePose* report) {
@@ -276,51 +202,6 @@ TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
   return Track(frame.utime, frame.seq, frame_, problem);
 }
 
-// Lengths that have proven to be wrong are right from now on, and with them all that was measured
-// with them before. A map that may not be changed keeps its own.
-void Tracker::Impl::CorrectLengths() {
-  const std::optional<double> too_long = motion_.vision_factor();
-  if (!too_long || map_frozen_) return;
-  const auto center = map_.ScaleLengths(1 / *too_long);
-  if (!center) return;
-  track_.ScaleLengths(1 / *too_long, motion_.newest_dr()->way_scale_sigma, *center);
-  motion_.VisionCorrected(*too_long);
-  recovery_.Reset();
-  place_.Restart();
-}
-
-// The image with its lengths as they are.
-const FeatureFrame& Tracker::Impl::InMetres(const FeatureFrame& seen) {
-  if (map_.length_factor() == 1) return seen;
-  frame_in_metres_ = seen;
-  ScaleLengths(map_.length_factor(), &frame_in_metres_.features);
-  return frame_in_metres_;
-}
-
-LengthFault Tracker::Impl::length_fault() const {
-  const double left = motion_.vision_factor().value_or(1);
-  return {left / map_.length_factor(), left == 1};
-}
-
-// The image without what is fixed to the camera.
-const FeatureFrame* Tracker::Impl::LeaveOutFixed(Utime utime, const FeatureFrame& seen) {
-  // Without dead reckoning there is nothing to hold against what stands still.
-  if (!Departs(Departure::kLooksHealthy) || !DrPredicts(config_.variant) ||
-      motion_.newest_dr() == nullptr) {
-    return &seen;
-  }
-  std::optional<CameraStep> step;
-  if (track_.state != TrackingState::kStart) step = motion_.Step(track_.utime, utime);
-  if (!step) track_.anchors.Clear();  // dead reckoning may have begun anew, somewhere else
-  const bool prevailed = cleaner_.fixed_prevails();
-  const FeatureFrame* const of_world = cleaner_.LeaveOutFixed(utime, seen, step);
-  if (cleaner_.fixed_prevails() && !prevailed &&
-      !track_.AgreesWithDr(cleaner_.fixed_since(), motion_)) {
-    track_.Rewind(cleaner_.fixed_since(), &motion_);
-  }
-  return of_world;
-}
-
 // Answers an image that is not newer than the one before, and is not used.
 TrackerOutput Tracker::Impl::Refuse(TrackerOutput out) const {
   out.pose.reason = TrackingReason::kTimeReversed;
@@ -342,7 +223,7 @@ void Tracker::Impl::Restart(Utime utime) {
   track_.uncertainty.Reset(cov);
   track_.utime = utime - DurationUs{1};
   place_.Restart();
-  recovery_.Reset();
+  judge_.Forget();
   track_.anchors.Clear();
   witnesses_.Clear();
   motion_.Restart();
@@ -395,9 +276,9 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   if (order == ClockWatch::Verdict::kLate) return Refuse(std::move(out));
   if (order == ClockWatch::Verdict::kSetBack) Restart(utime);
 
-  CorrectLengths();
-  const FeatureFrame& seen = InMetres(features);
-  const FeatureFrame* const of_world = LeaveOutFixed(utime, seen);
+  if (intake_.CorrectLengths()) judge_.Forget();
+  const FeatureFrame& seen = intake_.InMetres(features);
+  const FeatureFrame* const of_world = intake_.LeaveOutFixed(utime, seen);
   report.num_detected = of_world->num_detected;
   TrackedImage image = Predict(utime);
   image.frame = image.of_world = of_world;
@@ -409,7 +290,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   report.reason = image_problem;
   if (image_problem == TrackingReason::kNone) {
     report.reason = TrackingReason::kNoMap;
-    if (map_there()) {
+    if (map_.there()) {
       search_.Locate(&image);
       report.num_tracked = image.found.num_tracked;
       report.q = image.found.q;
@@ -428,11 +309,11 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
 void Tracker::Impl::Judge(TrackedImage* image, TrackerOutput* out) {
   FramePose& report = out->pose;
   ImageOutcome outcome;
-  outcome.map_there = map_there();
+  outcome.map_there = map_.there();
   outcome.from_dr = image->motion.from_dr;
-  outcome.vision = image->found.found && IsBelieved(*image, report);
+  outcome.vision = image->found.found && judge_.Believes(*image);
   outcome.unconfirmed = image->found.found && !outcome.vision;
-  outcome.begins_map = BeginsMap(*image->frame);
+  outcome.begins_map = growth_.BeginsMap(*image->frame);
   out->detail = ExplainFrame({.utime = report.utime,
                               .seq = report.seq,
                               .frame = image->frame,
@@ -478,12 +359,10 @@ void Tracker::Impl::Judge(TrackedImage* image, TrackerOutput* out) {
   track_.utime = image->utime;
   track_.RememberAnchor(motion_);
   hint_.reset();
-  const bool due = !outcome.begins_piece && ContinuesMap(outcome.vision, image->motion) &&
-                   track_.chain.WantsNext(image->utime, *image->frame, image->found,
-                                          map_.NumLandmarks(track_.reference));
+  const bool due = !outcome.begins_piece && growth_.IsDue(*image, outcome.vision);
   if (outcome.begins_map || outcome.begins_piece || due) {
     if (config_.matching != Matching::kAll) search_.Complete(&image->found);
-    out->keyframe = MakeKeyframe(*image->frame, image->found, report);
+    out->keyframe = growth_.Make(*image, report);
     track_.KeyframeMade(out->keyframe->id, !due || outcome.vision);
     MarkNewLandmarks(*out->keyframe, &out->detail);
   }
@@ -509,20 +388,6 @@ MotionModel::Seen Tracker::Impl::Seen(const TrackedImage& image, const SE3& T_ab
   return seen;
 }
 
-// What an image tells of the place; num_inliers: of the pose from vision, 0 when it has none.
-PlaceEvidence Tracker::Impl::Evidence(const TrackedImage& image, const FramePose& report,
-                                      bool placed, int num_inliers) const {
-  PlaceEvidence e;
-  e.utime = image.utime;
-  e.placed = placed;
-  e.map_there = map_there();
-  e.num_inliers = num_inliers;
-  e.relocalised = image.snapped;
-  e.num_detected = report.num_detected;
-  e.T_OC = motion_.OdometryPose(image.utime);
-  return e;
-}
-
 // Doubt and questions about where this image was taken. Call when its pose is decided, before a
 // keyframe is made of it.
 void Tracker::Impl::ConsiderPlace(const TrackedImage& image, TrackerOutput* out,
@@ -530,15 +395,15 @@ void Tracker::Impl::ConsiderPlace(const TrackedImage& image, TrackerOutput* out,
   FramePose& report = out->pose;
   const bool placed_now = track_.placed() || outcome->vision;
   const PlaceEvidence evidence =
-      Evidence(image, report, placed_now, outcome->vision ? report.num_inliers : 0);
+      judge_.Evidence(image, placed_now, outcome->vision ? report.num_inliers : 0);
   // An empty map begins where this tracker is.
-  const bool known = placed_now || image.hinted || (map_known_ && map_.empty());
+  const bool known = placed_now || image.hinted || (map_.known() && map_.empty());
   const PlaceWatch::Verdict verdict = place_.Observe(evidence, *image.frame, known);
   if (verdict.ask) {
     out->query = PlaceQuery{report.utime, 0, image.frame->features, image.frame->descriptors};
   }
   claims_place_ = verdict.sure && !map_.piece().valid();
-  if (verdict.map_on && CanBeginPiece(*image.frame)) BeginPiece(outcome);
+  if (verdict.map_on && growth_.CanBeginPiece(*image.frame)) BeginPiece(outcome);
   if (claims_place_ || !evidence.map_there) return;
   outcome->place_known = false;
   report.reason =
@@ -548,10 +413,6 @@ void Tracker::Impl::ConsiderPlace(const TrackedImage& image, TrackerOutput* out,
 bool Tracker::Impl::Push(const MapUpdate& update) {
   const auto T_WK_before = map_.KeyframePose(track_.reference);
   if (!map_.Apply(update)) return false;
-  if (update.snapshot) {
-    map_known_ = true;
-    map_frozen_ = update.frozen;
-  }
   track_.chain.Skip(update.newest_keyframe);
 
   // The pose follows the keyframe it is expressed in.

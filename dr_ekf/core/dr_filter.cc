@@ -97,6 +97,7 @@ void DrFilter::FindInState(const FilterState& state) {
   once(state.heading_stuck, DrDiagnosis::kHeadingStuck);
   once(state.counters.parted > 0, DrDiagnosis::kParted);
   once(state.wheels_stand, DrDiagnosis::kWheelsStand);
+  once(state.wheels_contradicted, DrDiagnosis::kWheelsContradicted);
   once(state.wheel_turn_stuck && !state.wheels_stand, DrDiagnosis::kWheelTurnStuck);
   once(std::abs(state.yaw_scale - 1) > kOtherTrack &&
            state.P(kYawScale, kYawScale) < kKnownTrackSigma * kKnownTrackSigma,

@@ -1,6 +1,7 @@
 // DrModel: health of the wheels. Who accuses them, who is believed, and how they are trusted again.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dr_ekf/core/dr_model.h"
 #include "dr_ekf/core/error_state.h"
@@ -43,9 +44,12 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
   const double own_speed = (way - interval.innovation) / interval.dt;
   if (!was_rejecting) {
     gate.speed_before = own_speed;
-    // Wheels that turn too far slip, and an accelerometer that finds it again and again is wrong.
-    // Wheels that do not turn at all do not slip: they are not heard, or the robot is carried.
-    (axis == 0 && stand ? state.recent_stands : state.recent_slips) += 1;
+    // Wheels that turn too far slip, and an accelerometer that finds it again and again is wrong,
+    // where vision does not find it, too. Wheels that do not turn at all do not slip: they are not
+    // heard, or the robot is carried.
+    gate.counted = !(axis == 0 && stand) && !accused;
+    state.recent_stands += axis == 0 && stand;
+    state.recent_slips += gate.counted;
     if (state.recent_slips > kMostSlips) state.accel_unfit = true;
     if (state.recent_stands > kMostSlips) state.wheels_stand = true;
   }
@@ -55,6 +59,7 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
   const bool impossible =
       axis == 0 && (own_speed < slowest - kSpeedSlack || own_speed > fastest + kSpeedSlack);
   const bool for_long = state.utime - gate.rejecting_since > DurationFromSeconds(kMaxWayRejection);
+  state.wheels_contradicted = state.wheels_contradicted || (for_long && accused && !stand);
   if (axis == 0 && stand) {
     state.wheels_stand = state.wheels_stand || for_long;
   } else if (impossible || (for_long && !accused)) {
@@ -76,6 +81,9 @@ void DrModel::ApplyVerdict(const VisionVerdict& verdict, FilterState& state) con
     // The accelerometer decides; vision only makes it decide sooner, or lets the wheels off.
     if (!verdict.agrees) {
       state.accused_until = state.utime + DurationFromSeconds(kSlipHold);
+      if (std::exchange(state.forward_gate.counted, false)) {
+        state.recent_slips = std::max(0.0, state.recent_slips - 1);
+      }
     } else if (state.forward_gate.rejecting && state.utime - state.forward_gate.rejecting_since >
                                                    DurationFromSeconds(kVisionAcquitsAfter)) {
       DoubtAccelerometer(0, kSpeedSlack, state);

@@ -108,6 +108,8 @@ struct FilterState {
   bool wheel_turn_stuck = false;
   // Found out: the wheels read zero, both way and turn, while the IMU feels motion.
   bool wheels_stand = false;
+  // Found out: accelerometer and vision both contradict how far the wheels say that they go.
+  bool wheels_contradicted = false;
 
   // Gravity and floor.
   double floor = 0;  // m, height of the floor in O

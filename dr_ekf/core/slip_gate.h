@@ -39,6 +39,7 @@ struct SlipGate {
   bool rejecting = false;
   Utime rejecting_since = {};
   double speed_before = 0;  // m/s, of the robot when it began to reject
+  bool counted = false;     // this slip speaks against who found it
 
   // excess: how far the innovation or the sum is past its limit, as a ratio of squares: above 1 the
   // innovation is not what the model expects. One that is alone in that is an outlier, not slip.

@@ -58,6 +58,7 @@ Accused AccusedBy(dr_ekf::DrDiagnosis diagnosis) {
     case kWheelsJumped:
     case kWheelsTooFast:
     case kWheelsStand:
+    case kWheelsContradicted:
       return Accused::kWheels;
     case kImuOnAnotherClock:
     case kImuStampsRepeat:

@@ -21,7 +21,9 @@ constexpr float kLeastSharpness = 0.3f;
 // A grid is composed again when a corner of it has moved by this part of a cell.
 constexpr double kMovedCells = 0.25;
 
-// A pose is sharp enough when one sigma of it moves what is seen half-way out by at most a cell.
+// A pose is sharp enough when one sigma of its motion over the last second moves what is seen
+// half-way out by at most a cell: so far it fits what was seen beside the same keyframe. What the
+// pose is off as a whole, by the drift of the map, the keyframe is off, too.
 constexpr double kSharpCells = 1;
 
 bool IsOccupied(const Cell& cell) {
@@ -134,7 +136,7 @@ void GridMap::Detach(KeyframeId id, Piece* piece) {
 }
 
 bool GridMap::IsSharp(const FramePose& pose) const {
-  const Matrix6d& cov = pose.cov_T_WB;
+  const Matrix6d& cov = pose.motion_us > 0 ? pose.cov_motion : pose.cov_T_WB;
   const double position = std::sqrt(std::max(0.0, std::max(cov(0, 0), cov(1, 1))));
   const double heading = std::sqrt(std::max(0.0, cov(5, 5)));
   return position + heading * max_range_ / 2 <= kSharpCells * cell_m_;

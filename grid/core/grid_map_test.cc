@@ -94,9 +94,24 @@ TEST_F(GridMapTest, BlindAndUncertainImagesMakeNothing) {
   FramePose uncertain = PoseOf(SE3(), 1, SE3());
   uncertain.cov_T_WB(0, 0) = 0.1 * 0.1;
   EXPECT_FALSE(map.Add(uncertain, scan));
+  FramePose jumpy = PoseOf(SE3(), 1, SE3());
+  jumpy.motion_us = FramePose::kMotionSpan.us;
+  jumpy.cov_motion(5, 5) = 0.1 * 0.1;
+  EXPECT_FALSE(map.Add(jumpy, scan));
   EXPECT_EQ(map.counters().blind, 4);
-  EXPECT_EQ(map.counters().uncertain, 1);
+  EXPECT_EQ(map.counters().uncertain, 2);
   EXPECT_TRUE(map.Compose().empty());
+}
+
+// The drift of the map as a whole does not blur what is seen beside a keyframe.
+TEST_F(GridMapTest, APoseThatHasDriftedWithItsKeyframeIsSharp) {
+  GridMap map = NewMap();
+  map.Apply(Keyframes({{1, SE3()}}));
+  FramePose drifted = PoseOf(SE3(), 1, SE3());
+  drifted.cov_T_WB(0, 0) = 1;
+  drifted.motion_us = FramePose::kMotionSpan.us;
+  drifted.cov_motion = 1e-6 * Matrix6d::Identity();
+  EXPECT_TRUE(map.Add(drifted, See(wall_, SE3())));
 }
 
 // The whole after a correction is what it would be had the keyframes been there from the begin, and

@@ -24,9 +24,7 @@ void CameraTrack::Take(const FoundPose& found, const FeatureFrame& frame, const 
   uncertainty.Update(found.estimate.vision_information, found.estimate.prior_information);
   T_WC = found.estimate.T_WC;
   reference = found.reference;
-  if (const auto T_WK = map.KeyframePose(reference)) {
-    doubt = doubts.At(reference, T_WK->inverse() * T_WC);
-  }
+  doubt = doubts.Among(found.landmarks, map, T_WC).value_or(doubt);
   points.clear();
   for (size_t i = 0; i < found.landmarks.size(); ++i) {
     if (!found.landmarks[i].valid()) continue;
@@ -39,9 +37,9 @@ void CameraTrack::GoOn(const SE3& T_ab, const SE3& T_WC_now) {
   doubt = InCamera(doubt, T_ab);
 }
 
-void CameraTrack::KeyframeMade(KeyframeId id, bool certain) {
+void CameraTrack::KeyframeMade(KeyframeId id) {
   reference = id;
-  doubts.Set(id, certain ? doubt : cov());
+  doubts.Add(id, cov());
 }
 
 bool CameraTrack::AgreesWithDr(Utime since, const MotionModel& motion) const {
@@ -93,12 +91,11 @@ CameraTrack::Correction CameraTrack::FollowReference(const SE3& T_WK_before,
   Correction correction;
   const SE3 T_WC_before = T_WC;
   SE3 T_KC = T_WK_before.inverse() * T_WC;
-  if (std::any_of(update.loops.begin(), update.loops.end(),
-                  [](const LoopEvent& loop) { return loop.accepted; })) {
-    doubts.Clear();
-    doubt.setZero();
+  for (const LoopEvent& loop : update.loops) {
+    if (loop.accepted) doubts.Close(loop, *map);
   }
   for (const KeyframeRemoval& removal : update.removed_keyframes) {
+    doubts.Remove(removal.id);
     if (removal.id == reference) {
       reference = removal.parent;
       T_KC = removal.T_ParentC * T_KC;

@@ -47,8 +47,8 @@ struct CameraTrack {
   void Take(const FoundPose& found, const FeatureFrame& frame, const LocalMap& map);
   // Vision found none: dead reckoning has moved the camera by T_ab, to T_WC.
   void GoOn(const SE3& T_ab, const SE3& T_WC);
-  // A keyframe was made of the last image. certain: vision placed it, or it begins a frame.
-  void KeyframeMade(KeyframeId id, bool certain);
+  // A keyframe was made of the last image.
+  void KeyframeMade(KeyframeId id);
 
   // Covariance of T_WC, right perturbation.
   Matrix6d cov() const { return uncertainty.cov() + doubt; }

@@ -363,7 +363,7 @@ void Tracker::Impl::Judge(TrackedImage* image, TrackerOutput* out) {
   if (outcome.begins_map || outcome.begins_piece || due) {
     if (config_.matching != Matching::kAll) search_.Complete(&image->found);
     out->keyframe = growth_.Make(*image, report);
-    track_.KeyframeMade(out->keyframe->id, !due || outcome.vision);
+    track_.KeyframeMade(out->keyframe->id);
     MarkNewLandmarks(*out->keyframe, &out->detail);
   }
 }

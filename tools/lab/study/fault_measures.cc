@@ -11,11 +11,27 @@ namespace {
 constexpr double kMovedDistance = 0.05;         // m
 constexpr double kMovedAngle = 3 * M_PI / 180;  // rad
 
+constexpr DurationUs kBegin = Milliseconds(1000);
+
+// The covariance tells how sure a pose is of where the map begins: there, in the mean of the first
+// second, estimate and truth are laid over each other. T_RefEst. Precondition: some pair.
+SE3 AlignBegin(const std::vector<eval::PosePair>& pairs) {
+  const SE3 first = pairs.front().T_ref * pairs.front().T_est.inverse();
+  Vector6d sum = Vector6d::Zero();
+  int count = 0;
+  for (const eval::PosePair& pair : pairs) {
+    if (pair.utime - pairs.front().utime > kBegin) break;
+    sum += (first.inverse() * pair.T_ref * pair.T_est.inverse()).Log();
+    ++count;
+  }
+  return first * SE3::Exp(sum / count);
+}
+
 // Distance of the pose from the truth in sigmas of its position. The covariance is that of a
 // perturbation on the right: in the axes of the body.
-double Sigmas(const eval::PosePair& pair, const Matrix6d& cov) {
+double Sigmas(const SE3& T_ref, const SE3& T_est, const Matrix6d& cov) {
   const Eigen::Vector3d error_B =
-      pair.T_est.rotation().conjugate() * (pair.T_ref.translation() - pair.T_est.translation());
+      T_est.rotation().conjugate() * (T_ref.translation() - T_est.translation());
   const Eigen::LLT<Eigen::Matrix3d> factor(cov.topLeftCorner<3, 3>());
   if (factor.info() != Eigen::Success) return 0;
   return std::sqrt(error_B.dot(factor.solve(error_B)));
@@ -28,6 +44,8 @@ bool HasPose(const FramePose& frame) {
 
 double LongestTooSure(const std::vector<FramePose>& frames,
                       const std::vector<eval::PosePair>& pairs) {
+  if (pairs.empty()) return 0;
+  const SE3 T_RefEst = AlignBegin(pairs);
   std::map<Utime, const eval::PosePair*> pair_at;
   for (const eval::PosePair& pair : pairs) pair_at[pair.utime] = &pair;
   double longest = 0;
@@ -37,7 +55,8 @@ double LongestTooSure(const std::vector<FramePose>& frames,
     const auto pair = pair_at.find(frame.utime);
     if (pair == pair_at.end()) continue;  // no truth: says nothing
     if (frame.status != TrackingStatus::kTracking ||
-        !(Sigmas(*pair->second, frame.cov_T_WB) > kTooSureSigmas)) {
+        !(Sigmas(pair->second->T_ref, T_RefEst * pair->second->T_est, frame.cov_T_WB) >
+          kTooSureSigmas)) {
       inside = false;
       continue;
     }

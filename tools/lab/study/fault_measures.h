@@ -16,8 +16,9 @@ struct FaultNumbers {
   int64_t images = 0;
   int64_t without_pose = 0;  // lost, or initializing after the first pose
   int64_t blind = 0;         // dr_only
-  // The longest span in which every image is tracking and its position, the whole trajectory
-  // aligned, is off by more than kTooSureSigmas of the covariance it was published with; s.
+  // The longest span in which every image is tracking and its position, estimate and truth aligned
+  // where the map begins, is off by more than kTooSureSigmas of the covariance it was published
+  // with; s.
   double too_sure_s = 0;
 };
 

@@ -241,7 +241,7 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   const std::optional<Window> window =
       std::exchange(window_, Window{seen.b, seen.T_WC_vision, seen.cov_vision, speed});
   const auto dr = window ? DrBetween(window->begin, seen.b) : std::nullopt;
-  if (!dr || dr->told.slip) return;
+  if (!dr) return;
   const DurationUs length = seen.b - window->begin;
   DrEvidence evidence;
   evidence.T_dr = dr->T_BaBb;
@@ -257,6 +257,7 @@ void MotionModel::CompareWithVision(const Seen& seen) {
   }
   learnt_.until = seen.b;
   learnt_.trust.Judge(evidence);
+  if (dr->told.slip) return;  // what wheels do while they slip tells no constant
   DrNoise noise_told;
   if (const auto told = told_.Increment(window->begin, seen.b, &noise_told)) {
     learnt_.disagreement.Add({told->T_BaBb, OrNominal(noise_told, length).Covariance(),

@@ -101,5 +101,47 @@ TEST_F(SlowWheels, AResetIsNotBridged) {
   EXPECT_LT(from_dr_, 20);
 }
 
+// Seconds in which dead reckoning says that its wheels slip, and goes astray by 0.2 m/s, now to one
+// side and now to the other; sigma: of its twist, as it claims. True when it is trusted in the end.
+bool IsTrusted(double sigma_m_s) {
+  FrontendConfig config;
+  config.variant = Variant::kFull;
+  MotionModel motion{RectifiedCamera(), ImuCalibration(), config};
+  constexpr int64_t kStateUs = 50'000, kSlipUs = 8'000'000;
+  const auto truth = [](int64_t us) {
+    return SE3(Eigen::Quaterniond(1, 0, 0, 0), {5e-7 * us, 0, 0});
+  };
+  SE3 T_OB;
+  for (int64_t us = 0; us <= 16'000'000; us += kStateUs) {
+    DrState s;
+    s.slip = us > kSlipUs;
+    const double astray = s.slip ? ((us / 700'000) % 2 == 0 ? 0.2 : -0.3) : 0;
+    const double dt = 1e-6 * kStateUs;
+    s.utime = {us};
+    s.v_OB_B = {0.5, astray, 0};
+    if (us > 0) T_OB = T_OB * SE3(Eigen::Quaterniond::Identity(), dt * s.v_OB_B);
+    s.T_OB = T_OB;
+    s.cov_twist_white = 1e-6 * Matrix6d::Identity();
+    s.cov_twist_coherent.diagonal().head<3>().setConstant(s.slip ? sigma_m_s * sigma_m_s : 1e-6);
+    s.wheels_alive = true;
+    EXPECT_TRUE(motion.Push(s));
+    if (us % kImageUs != 0 || us == 0) continue;
+    MotionModel::Seen seen;
+    seen.a = {us - kImageUs};
+    seen.b = {us};
+    seen.T_ab = truth(us - kImageUs).inverse() * truth(us);
+    seen.healthy = seen.sure = true;
+    seen.T_WC_vision = truth(us);
+    seen.cov_vision = 1e-6 * Matrix6d::Identity();
+    motion.Observe(seen, motion.Between(seen.a, seen.b));
+  }
+  return motion.dr_trusted();
+}
+
+TEST(MotionModel, SlipIsNoExcuseForClaimsThatDoNotHold) {
+  EXPECT_FALSE(IsTrusted(0.005));
+  EXPECT_TRUE(IsTrusted(0.3));
+}
+
 }  // namespace
 }  // namespace gw::frontend

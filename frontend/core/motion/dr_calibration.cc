@@ -17,6 +17,7 @@ constexpr double kVarianceRate = 1e-8;  // 1/s
 // The bias of a gyro drifts with its temperature: 0.02 deg/s in 100 s.
 constexpr double kBiasVarianceRate = 1.2e-9;  // (rad/s)^2/s
 constexpr double kGateSigmas = 4;
+constexpr double kTurnSigmas = 3;
 // Doubt of the scales of a DR source that says nothing of them.
 constexpr double kUntoldHeadingSigma = 0.01;
 constexpr double kUntoldWaySigma = 0.02;
@@ -91,11 +92,16 @@ Eigen::Vector2d DrCalibration::Turn::Fused(const ToldTurn& told) const {
   return Covariance(told) * (weighted + of_dr);
 }
 
-void DrCalibration::Turn::Update(double sensed, double measured, DurationUs length,
-                                 const ToldTurn& told) {
-  const Eigen::Vector2d tells(sensed, -length.seconds());
+// A turn that is no larger than its own noise tells nothing of its scale: least squares would take
+// the noise for turns that vision does not see, and the scale for zero.
+void DrCalibration::Turn::Update(double sensed, double sensed_variance, double measured,
+                                 DurationUs length, const ToldTurn& told) {
+  const double scale = Fused(told)[0];
+  const bool turns = sensed * sensed > kTurnSigmas * kTurnSigmas * sensed_variance;
+  const Eigen::Vector2d tells(turns ? sensed : 0, -length.seconds());
+  if (!turns) measured -= scale * sensed;
   const double innovation = measured - tells.dot(Fused(told));
-  const double variance = kHeadingSigma * kHeadingSigma;
+  const double variance = kHeadingSigma * kHeadingSigma + scale * scale * sensed_variance;
   const double innovation_variance = tells.dot(Covariance(told) * tells) + variance;
   if (innovation * innovation > kGateSigmas * kGateSigmas * innovation_variance) return;
   information += tells * tells.transpose() / variance;
@@ -149,10 +155,11 @@ void DrCalibration::Limit(DrNoise* noise, const DrState& dr) const {
 }
 
 void DrCalibration::Observe(const SE3& T_BaBb_dr, const SE3& T_BaBb_vision, DurationUs interval,
-                            const DrState& dr) {
+                            const DrState& dr, double turn_variance) {
   const ToldTurn told = Heading(dr);
   window_.Append(T_BaBb_dr, T_BaBb_vision, interval);
   window_.bias_turn += told.value[1] * interval.seconds();
+  window_.turn_variance += turn_variance;
   // A filter that stands holds its heading, whatever it thinks of the bias.
   if (dr.stationary) window_ = Window();
   if (window_.length >= kWindow) {
@@ -160,8 +167,8 @@ void DrCalibration::Observe(const SE3& T_BaBb_dr, const SE3& T_BaBb_vision, Dura
     const Vector6d by_vision = window_.vision.Log();
     heading_.Forget(window_.length);
     way_.Forget(window_.length);
-    heading_.Update(by_dr[kHeading] / told.value[0] + window_.bias_turn, by_vision[kHeading],
-                    window_.length, told);
+    heading_.Update(by_dr[kHeading] / told.value[0] + window_.bias_turn, window_.turn_variance,
+                    by_vision[kHeading], window_.length, told);
     way_.Update(by_dr[kX], by_vision[kX], kWaySigma, Way(dr));
     window_ = Window();
   }

@@ -41,9 +41,10 @@ class DrCalibration {
   void Limit(DrNoise* noise, const DrState& dr) const;
 
   // The body's motion between two images in a row that vision carries in full health, as DR tells
-  // it (not corrected) and as vision measured it.
+  // it (not corrected) and as vision measured it. turn_variance: of DR's turn, beside its scale and
+  // bias, rad^2.
   void Observe(const SE3& T_BaBb_dr, const SE3& T_BaBb_vision, DurationUs interval,
-               const DrState& dr);
+               const DrState& dr, double turn_variance);
   // Between two images vision was not healthy, or DR has doubts of its own (slip).
   void Interrupt() { window_ = straight_ = Window(); }
 
@@ -52,7 +53,8 @@ class DrCalibration {
   struct Window {
     SE3 dr, vision;
     DurationUs length{0};
-    double bias_turn = 0;  // rad, what DR took for the bias of the gyro
+    double bias_turn = 0;      // rad, what DR took for the bias of the gyro
+    double turn_variance = 0;  // rad^2, of DR's turn
 
     void Append(const SE3& T_dr, const SE3& T_vision, DurationUs interval);
   };
@@ -86,8 +88,10 @@ class DrCalibration {
     Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
     Eigen::Matrix2d Covariance(const ToldTurn& told) const;  // of the two fused
     Eigen::Vector2d Fused(const ToldTurn& told) const;
-    // sensed: turn with scale and bias still in. What is far off is not used.
-    void Update(double sensed, double measured, DurationUs length, const ToldTurn& told);
+    // sensed: turn with scale and bias still in, and its variance beside them. What is far off is
+    // not used.
+    void Update(double sensed, double sensed_variance, double measured, DurationUs length,
+                const ToldTurn& told);
     void Forget(DurationUs time);
   };
   // Where the base drives, as a slope against body x; small.

@@ -48,7 +48,7 @@ class Drive {
           Motion(0.5 / 30 + way_noise(random_) / 5, heading + heading_noise(random_) / 5);
       const SE3 vision = Motion(way_scale_ * 0.5 / 30 + way_noise(random_),
                                 heading_scale_ * heading + heading_noise(random_));
-      calibration->Observe(dr, vision, kFrame, Untold());
+      calibration->Observe(dr, vision, kFrame, Untold(), 0);
     }
   }
 
@@ -83,14 +83,37 @@ TEST(DrCalibration, AHeadingWithoutNoiseTellsNothingOnAStraightWay) {
     std::normal_distribution<double> heading_noise(0, 0.0003);
     for (int i = 0; i < 600; ++i) {
       calibration.Observe(Motion(0.5 / 30, i % 2 == 0 ? rounding : -rounding),
-                          Motion(0.5 / 30, heading_noise(random)), kFrame, Untold());
+                          Motion(0.5 / 30, heading_noise(random)), kFrame, Untold(), 0);
     }
     EXPECT_NEAR(HeadingScale(calibration, Untold()), 1, 1e-6) << rounding;
     for (int i = 0; i < 90; ++i) {
       calibration.Observe(Motion(0, 0.02), Motion(0, 0.02 + heading_noise(random)), kFrame,
-                          Untold());
+                          Untold(), 0);
     }
     EXPECT_NEAR(HeadingScale(calibration, Untold()), 1, 0.005) << rounding;
+  }
+}
+
+// Wheels without a gyro: nobody knows their track, and their noise turns them on a straight way.
+TEST(DrCalibration, NoiseOfTheWheelsIsNoTurnThatVisionDoesNotSee) {
+  constexpr double kNoise = 0.003;  // rad per image
+  for (const double track : {1.0, 0.6, 1.7}) {
+    DrCalibration calibration = Beginner();
+    DrState dr;
+    dr.turn_scale_sigma = 1;
+    std::mt19937 random(1);
+    std::normal_distribution<double> wheels(0, kNoise), vision(0, 0.0003);
+    const auto drive = [&](int images, double turn) {
+      for (int i = 0; i < images; ++i) {
+        calibration.Observe(Motion(0.5 / 30, turn / track + wheels(random)),
+                            Motion(0.5 / 30, turn + vision(random)), kFrame, dr, kNoise * kNoise);
+      }
+    };
+    drive(1800, 0);
+    EXPECT_NEAR(HeadingScale(calibration, dr), 1, 0.1) << track;
+    drive(600, 0.02);
+    drive(1800, 0);
+    EXPECT_NEAR(HeadingScale(calibration, dr), track, 0.05 * track) << track;
   }
 }
 
@@ -130,7 +153,7 @@ TEST(DrCalibration, FindsTheBiasWhateverTheFilterTakesForIt) {
   for (int i = 0; i < 1800; ++i) {
     const double taken = 0.004 * std::sin(0.003 * i), turn = 0.02 * std::sin(0.01 * i);
     calibration.Observe(Motion(0.5 / 30, turn + (kBias - taken) * dt),
-                        Motion(0.5 / 30, turn + noise(random)), kFrame, WithGyro(taken, kSigma));
+                        Motion(0.5 / 30, turn + noise(random)), kFrame, WithGyro(taken, kSigma), 0);
   }
   for (const double taken : {-0.005, 0.0, 0.005}) {
     const SE3 dr = Motion(0, (kBias - taken) * dt);
@@ -150,7 +173,7 @@ TEST(DrCalibration, WhileTheRobotStandsNothingIsLearntOfTheBias) {
   DrState dr = WithGyro(0.005, 0.008);
   dr.stationary = true;
   DrCalibration calibration = Beginner();
-  for (int i = 0; i < 300; ++i) calibration.Observe(SE3(), SE3(), kFrame, dr);
+  for (int i = 0; i < 300; ++i) calibration.Observe(SE3(), SE3(), kFrame, dr, 0);
   const DrState other = WithGyro(-0.005, 0.008);
   EXPECT_NEAR(calibration.Corrected(Motion(0, 0), kFrame, other).Log()[5], 0, 1e-9);
 }
@@ -180,7 +203,7 @@ TEST(DrCalibration, LowersTheDoubtInScalesByWhatItHasLearntAndNothingElse) {
 TEST(DrCalibration, WithoutATurnTheHeadingScaleStaysUnknown) {
   DrCalibration calibration = Beginner();
   for (int i = 0; i < 900; ++i) {
-    calibration.Observe(Motion(0.02, 0), Motion(0.0201, 1e-5), kFrame, Untold());
+    calibration.Observe(Motion(0.02, 0), Motion(0.0201, 1e-5), kFrame, Untold(), 0);
   }
   EXPECT_NEAR(HeadingScale(calibration, Untold()), 1, 1e-6);
   EXPECT_NEAR(WayScale(calibration, Untold()), 1.005, 0.001);
@@ -192,7 +215,7 @@ TEST(DrCalibration, AWindowThatIsFarOffIsNotUsed) {
   Drive(1, 1).Run(&calibration, 900);
   const double before = WayScale(calibration, Untold());
   for (int i = 0; i < 31; ++i) {
-    calibration.Observe(Motion(0.017, 0), Motion(0.008, 0), kFrame, Untold());
+    calibration.Observe(Motion(0.017, 0), Motion(0.008, 0), kFrame, Untold(), 0);
   }
   EXPECT_NEAR(WayScale(calibration, Untold()), before, 1e-6);  // but for what time forgets
 }
@@ -200,7 +223,7 @@ TEST(DrCalibration, AWindowThatIsFarOffIsNotUsed) {
 TEST(DrCalibration, AnInterruptedWindowIsNotUsed) {
   DrCalibration calibration = Beginner();
   for (int i = 0; i < 900; ++i) {
-    calibration.Observe(Motion(0.02, 0.01), Motion(0.0204, 0.0102), kFrame, Untold());
+    calibration.Observe(Motion(0.02, 0.01), Motion(0.0204, 0.0102), kFrame, Untold(), 0);
     if (i % 20 == 19) calibration.Interrupt();
   }
   EXPECT_EQ(WayScale(calibration, Untold()), 1);
@@ -227,7 +250,7 @@ TEST(DrCalibration, FindsWhereTheBaseDrives) {
     const SE3 dr = Motion(0.5 / 30, 0.01 * std::sin(0.01 * i));
     Vector6d beside = Vector6d::Zero();
     beside.segment<2>(1) << noise(random), noise(random);
-    calibration.Observe(dr, SeenBy(mounting, dr) * SE3::Exp(beside), kFrame, Untold());
+    calibration.Observe(dr, SeenBy(mounting, dr) * SE3::Exp(beside), kFrame, Untold(), 0);
   }
   const Eigen::Vector3d truth = mounting * Eigen::Vector3d::UnitX();
   EXPECT_NEAR(Straight(calibration).y(), truth.y(), 0.003);
@@ -240,7 +263,7 @@ TEST(DrCalibration, FindsWhereTheBaseDrives) {
 TEST(DrCalibration, TurnsTeachNoDirection) {
   DrCalibration calibration = Beginner();
   for (int i = 0; i < 1800; ++i) {
-    calibration.Observe(Motion(0.01, 0.05), Motion(0.0105, 0.05), kFrame, Untold());
+    calibration.Observe(Motion(0.01, 0.05), Motion(0.0105, 0.05), kFrame, Untold(), 0);
   }
   EXPECT_LT(Straight(calibration).tail<2>().norm(), 1e-12);
 }
@@ -249,7 +272,7 @@ TEST(DrCalibration, ADirectionThatIsFarOffIsNotUsed) {
   DrCalibration calibration = Beginner();
   for (int i = 0; i < 60; ++i) {
     const SE3 slid(Eigen::Quaterniond::Identity(), {0.017, 0.01, 0});
-    calibration.Observe(Motion(0.017, 0), slid, kFrame, Untold());
+    calibration.Observe(Motion(0.017, 0), slid, kFrame, Untold(), 0);
   }
   EXPECT_EQ(Straight(calibration).y(), 0);
 }

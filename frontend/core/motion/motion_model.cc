@@ -178,9 +178,11 @@ std::optional<DrHeight> MotionModel::Height(Utime utime) const {
 void MotionModel::Observe(const Seen& seen, const Motion& expected) {
   if (seen.a == observed_) velocity_ = seen.T_ab.Log() / (seen.b - seen.a).seconds();
   observed_ = seen.b;
-  if (seen.healthy && calibrate_dr_ && expected.from_dr && !expected.slip) {
+  DrNoise noise;
+  if (seen.healthy && calibrate_dr_ && expected.from_dr && !expected.slip &&
+      dr_.Increment(seen.a, seen.b, &noise)) {
     learnt_.calibration.Observe(expected.T_BaBb_dr, T_BC_ * seen.T_ab * T_BC_.inverse(),
-                                seen.b - seen.a, dr_.newest());
+                                seen.b - seen.a, dr_.newest(), noise.white(5, 5));
   } else {
     learnt_.calibration.Interrupt();
   }

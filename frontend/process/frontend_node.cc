@@ -122,8 +122,8 @@ void FrontendNode::ReportHealth(process::Shell& shell) const {
     shell.health().SetState(kStarting, "waiting for the map: is gw-backend running?");
   } else if (!last_image_ || shell.Now() - *last_image_ > kSilence) {
     shell.health().SetState(kDegraded, "no images: check gw-camera and its cable");
-  } else if (const std::string cause =
-                 HealthCause(newest_, tracker_.dr_fault(), tracker_.length_fault());
+  } else if (const std::string cause = HealthCause(newest_, tracker_.dr_fault(),
+                                                   tracker_.length_fault(), tracker_.view_fault());
              !cause.empty()) {
     shell.health().SetState(kDegraded, cause);
   } else {

@@ -38,6 +38,17 @@ Feature MakeFeature(const OrbKeypoint& k) {
 
 }  // namespace
 
+// Of one pixel in 64: a mean needs no more.
+double Brightness(const ImageView& image) {
+  constexpr int kStep = 8;
+  int64_t sum = 0, count = 0;
+  for (int y = 0; y < image.height; y += kStep) {
+    const uint8_t* const row = image.data + static_cast<ptrdiff_t>(y) * image.stride;
+    for (int x = 0; x < image.width; x += kStep, ++count) sum += row[x];
+  }
+  return static_cast<double>(sum) / static_cast<double>(count);
+}
+
 class FeatureExtractor::Impl {
  public:
   Impl(OrbExtractor left, std::optional<OrbExtractor> right, const CameraGeometry& geometry)
@@ -60,6 +71,7 @@ class FeatureExtractor::Impl {
     out->num_detected = 0;
     out->row_offsets.clear();
     if (!Fits(frame.left, PixelFormat::kGray8)) return Outcome::kBadImage;
+    out->brightness = Brightness(frame.left);
     const Outcome outcome =
         kind_ == CameraKind::kStereo ? ExtractStereo(frame, out) : ExtractRgbd(frame, out);
     out->num_detected = static_cast<int>(out->features.size());

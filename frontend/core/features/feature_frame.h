@@ -31,6 +31,7 @@ struct FeatureFrame {
   std::vector<Descriptor> descriptors;  // one per feature
   int num_detected = 0;                 // N_det: features found, at most OrbConfig::num_features
   std::vector<RowOffset> row_offsets;   // of some of the features; stereo only
+  double brightness = 0;                // mean of the left image as it came, grey levels
 };
 
 // Deterministic: the same frames give the same features, byte for byte. Keeps buffers between

@@ -20,7 +20,7 @@ std::string CauseOf(TrackingStatus status) {
 }  // namespace
 
 std::string HealthCause(const FramePose& frame, const DrConstantFault& fault,
-                        const LengthFault& lengths) {
+                        const LengthFault& lengths, ViewFault view) {
   if (frame.status == TrackingStatus::kRecovering && frame.reason == TrackingReason::kPoseJump) {
     return "what the camera sees does not fit to where dead reckoning is: somebody before the "
            "camera, slipping wheels, or the robot was carried";
@@ -59,7 +59,7 @@ std::string HealthCause(const FramePose& frame, const DrConstantFault& fault,
            "of it: " +
            Describe(fault);
   }
-  return "";
+  return std::string(Describe(view));
 }
 
 }  // namespace gw::frontend

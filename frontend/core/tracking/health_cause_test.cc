@@ -12,12 +12,19 @@ std::string Cause(TrackingStatus status, TrackingReason reason) {
   FramePose frame;
   frame.status = status;
   frame.reason = reason;
-  return HealthCause(frame, DrConstantFault{}, LengthFault{});
+  return HealthCause(frame, DrConstantFault{}, LengthFault{}, ViewFault::kNone);
 }
 
 TEST(HealthCause, NothingIsWrongWhileVisionTracks) {
   EXPECT_EQ(Cause(TrackingStatus::kTracking, TrackingReason::kNone), "");
   EXPECT_EQ(Cause(TrackingStatus::kDegraded, TrackingReason::kTooFewInliers), "");
+}
+
+TEST(HealthCause, ACoveredLensIsNamedWhileVisionTracks) {
+  FramePose frame;
+  frame.status = TrackingStatus::kTracking;
+  EXPECT_THAT(HealthCause(frame, {}, {}, ViewFault::kLeftCovered), HasSubstr("covered"));
+  EXPECT_THAT(HealthCause(frame, {}, {}, ViewFault::kFlickers), HasSubstr("exposure"));
 }
 
 TEST(HealthCause, ACameraWithoutDepthIsNamedWhileNoMapBegins) {

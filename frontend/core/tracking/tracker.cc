@@ -9,6 +9,7 @@
 #include "common/good_weights/quality.h"
 #include "common/good_weights/vision_noise.h"
 #include "frontend/core/features/image_cleaner.h"
+#include "frontend/core/features/view_watch.h"
 #include "frontend/core/map/local_map.h"
 #include "frontend/core/motion/motion_model.h"
 #include "frontend/core/place/place_watch.h"
@@ -64,6 +65,7 @@ class Tracker::Impl {
         map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         motion_(camera_, geometry.calibration.imu, config),
         cleaner_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
+        view_(camera_.width),
         place_(camera_, Departs(Departure::kRecovery)),
         track_(config),
         parts_{&motion_, &cleaner_, &map_, &witnesses_, &place_, &track_},
@@ -83,6 +85,7 @@ class Tracker::Impl {
   bool has_map() const { return map_.known(); }
   DrConstantFault dr_fault() const { return motion_.dr_fault(); }
   LengthFault length_fault() const { return intake_.length_fault(); }
+  ViewFault view_fault() const { return view_.fault(); }
 
  private:
   bool Departs(Departure d) const { return config_.dr_weight.Departs(d); }
@@ -90,6 +93,7 @@ class Tracker::Impl {
   TrackerOutput Refuse(TrackerOutput out) const;
   void Restart(Utime utime);
   TrackedImage Predict(Utime utime);
+  void ExpectWhatWasSeen(const FoundPose& found);
   void Accept(const TrackedImage& image, FramePose* report, ImageOutcome* outcome);
   void GoOnWithout(const TrackedImage& image, FramePose* report, const ImageOutcome& outcome);
   void Judge(TrackedImage* image, TrackerOutput* out);
@@ -108,6 +112,7 @@ class Tracker::Impl {
   MotionModel motion_;
   FeatureFrame frame_;
   ImageCleaner cleaner_;
+  ViewWatch view_;
   PlaceWatch place_;
   CameraTrack track_;
 
@@ -122,6 +127,21 @@ class Tracker::Impl {
   PoseJudge judge_;
   MapGrowth growth_;
 };
+
+// What was found in the image before tells where the view is clear.
+void Tracker::Impl::ExpectWhatWasSeen(const FoundPose& found) {
+  std::vector<LandmarkId> again = found.landmarks;
+  std::sort(again.begin(), again.end());
+  const SE3 T_CW = found.estimate.T_WC.inverse();
+  for (const TrackedPoint& point : track_.points) {
+    const MapPoint* const at = map_.Find(point.id);
+    const Eigen::Vector3d p_C = at != nullptr ? T_CW * at->p_W : Eigen::Vector3d::Zero();
+    if (p_C.z() <= 0) continue;
+    const Eigen::Vector2d uv = camera_.Project(p_C);
+    if (!camera_.InImage(uv)) continue;
+    view_.Expect(uv.x(), std::binary_search(again.begin(), again.end(), point.id));
+  }
+}
 
 // Takes over the pose of an image that vision carries.
 void Tracker::Impl::Accept(const TrackedImage& image, FramePose* report, ImageOutcome* outcome) {
@@ -139,6 +159,7 @@ void Tracker::Impl::Accept(const TrackedImage& image, FramePose* report, ImageOu
   outcome->corrected = image.snapped || (track_.state == TrackingState::kBlind &&
                                          (correction.translation().norm() > kSnapTranslation ||
                                           LogSO3(correction.rotation()).norm() > kSnapRotation));
+  ExpectWhatWasSeen(found);
   track_.Take(found, *image.frame, map_);
   witnesses_.Learn(image.of_dr(), image.agreed, found);
   judge_.Forget();
@@ -300,6 +321,7 @@ TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame&
   }
   CompareViews(image);
   Judge(&image, &out);
+  if (image_problem == TrackingReason::kNone) view_.Observe(utime, features);
   FillPose(&report);
   FillMotion(&report);
   return out;
@@ -484,6 +506,9 @@ DrConstantFault Tracker::dr_fault() const {
 }
 LengthFault Tracker::length_fault() const {
   return impl_->length_fault();
+}
+ViewFault Tracker::view_fault() const {
+  return impl_->view_fault();
 }
 bool Tracker::has_map() const {
   return impl_->has_map();

@@ -20,6 +20,7 @@
 #include "common/contract/tracking.h"
 #include "common/core/result.h"
 #include "frontend/core/features/feature_frame.h"
+#include "frontend/core/features/view_watch.h"
 #include "frontend/core/motion/dr_disagreement.h"
 #include "frontend/core/motion/scale_witness.h"
 
@@ -72,6 +73,9 @@ class Tracker {
   // Where dead reckoning and the accelerometer agree against it: what is wrong with the camera's
   // lengths.
   LengthFault length_fault() const;
+
+  // What is wrong with the images themselves, though they may still be tracked.
+  ViewFault view_fault() const;
 
   // False until the first snapshot has come.
   bool has_map() const;

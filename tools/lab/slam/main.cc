@@ -207,6 +207,8 @@ int Run(const Arguments& arguments) {
   if (!length_fault.empty()) {
     std::fprintf(stderr, "gw-slam: warning: %s\n", length_fault.c_str());
   }
+  const std::string view_fault = session->view_fault();
+  if (!view_fault.empty()) std::fprintf(stderr, "gw-slam: warning: %s\n", view_fault.c_str());
   const Result<Done> written = WriteOutputs(arguments.out, *config, run, *session);
   if (!written) return Fail(written.error());
   if (!arguments.timing.empty()) {

@@ -105,6 +105,8 @@ void SlamSession::ProcessImage(const CameraFrame& frame) {
   for (const PlaceMatch& match : backend_.Answers(frame.utime)) stages_.tracker.Push(match);
   const int64_t begin_us = now_us_ ? now_us_() : 0;
   frontend::TrackerOutput out = stages_.tracker.Push(frame);
+  const frontend::ViewFault fault = stages_.tracker.view_fault();
+  if (fault != frontend::ViewFault::kNone) view_fault_ = fault;
   if (now_us_) tracking_us_.push_back(now_us_() - begin_us);
   if (watch_.image) watch_.image(frame, out.pose);
   if (out.keyframe) FollowLengths(out.keyframe->length_factor);

@@ -88,6 +88,8 @@ class SlamSession {
   std::string dr_fault() const { return frontend::Describe(stages_.tracker.dr_fault()); }
   // In words: what is wrong with the lengths that the camera tells; empty for nothing.
   std::string length_fault() const { return frontend::Describe(stages_.tracker.length_fault()); }
+  // In words: what is wrong with the images themselves, or was last; empty for nothing.
+  std::string view_fault() const { return std::string(frontend::Describe(view_fault_)); }
   const backend::Mapper& mapper() const { return backend_.mapper(); }
   // Newest keyframe of the map that the run began with; those after it are its own.
   KeyframeId newest_before() const { return newest_before_; }
@@ -139,6 +141,7 @@ class SlamSession {
   std::vector<DrFinding> dr_found_;
   Utime first_dr_, newest_dr_;  // states of the filter; 0: none
   bool dr_synthetic_ = false;
+  frontend::ViewFault view_fault_ = frontend::ViewFault::kNone;
 };
 
 }  // namespace gw::tools

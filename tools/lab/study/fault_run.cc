@@ -90,7 +90,7 @@ void NoteReasons(const std::vector<FramePose>& frames, double rate_hz, Findings*
     if (f.reason == TrackingReason::kNone) continue;
     const std::string name = ReasonName(f.reason);
     Finding& finding = Note(name, f.utime, AccusedBy(f.reason), findings);
-    degraded[name] += !frontend::HealthCause(f, {}, {}).empty();
+    degraded[name] += !frontend::HealthCause(f, {}, {}, {}).empty();
     finding.in_health = static_cast<double>(degraded[name]) >= rate_hz;
   }
 }
@@ -136,6 +136,9 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
         if (event.channel == wire::kCamera && !session->length_fault().empty()) {
           Note("camera_scale", now, Accused::kVision, &out.findings).in_health = true;
         }
+        if (event.channel == wire::kCamera && !session->view_fault().empty()) {
+          Note("view", now, Accused::kVision, &out.findings).in_health = true;
+        }
       });
   if (!done) return done.error();
   session->Finish();
@@ -145,7 +148,7 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
   }
   experiment->dr_synthetic |= session->dr_synthetic();
   out.run = measure::RunOf(*session);
-  out.explanation = session->dr_fault() + session->length_fault();
+  out.explanation = session->dr_fault() + session->length_fault() + session->view_fault();
   NoteReasons(out.run.frames, config.calibration.camera.rate_hz, &out.findings);
   return out;
 }

@@ -28,7 +28,7 @@ using Findings = std::map<std::string, Finding>;  // by its name
 struct FaultRun {
   measure::SlamRun run;
   Findings findings;
-  std::string explanation;  // SlamSession::dr_fault(), length_fault()
+  std::string explanation;  // SlamSession::dr_fault(), length_fault(), view_fault()
 };
 
 // The log through the fault (an empty plan: none) and the system. seed: see run_log.h. Error: as of

@@ -248,14 +248,16 @@ TEST(VainLooks, OnTheWayOnlyWhatStayedInViewWasLookedAt) {
     return std::count_if(range.begin(), range.end(), [](float r) { return r < kNeverLookedAt; });
   };
   VainLooks vain;
-  vain.Watch(seen.map(), glances, {0});
-  vain.Watch(seen.map(), {}, {500'000});
   vain.Watch(seen.map(), glances, {1'000'000});
-  vain.Watch(seen.map(), glances, {1'500'000});
-  EXPECT_EQ(looked_at(vain), 0);
-  vain.Watch(seen.map(), glances, {1'500'000});  // no newer image
-  EXPECT_EQ(looked_at(vain), 0);
+  vain.Watch(seen.map(), {}, {1'500'000});
   vain.Watch(seen.map(), glances, {2'000'000});
+  vain.Watch(seen.map(), glances, {2'500'000});
+  EXPECT_EQ(looked_at(vain), 0);
+  vain.Watch(seen.map(), glances, {2'500'000});  // no newer image: it is blind for a while
+  vain.Watch(seen.map(), glances, {9'000'000});
+  vain.Watch(seen.map(), glances, {9'500'000});
+  EXPECT_EQ(looked_at(vain), 0);
+  vain.Watch(seen.map(), glances, {10'000'000});
   EXPECT_GT(looked_at(vain), 0);
 }
 

@@ -1,6 +1,7 @@
 #include "tools/robot/explore/vain_looks.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "tools/robot/explore/unseen_floor.h"
 
@@ -16,6 +17,7 @@ Eigen::Vector2i FirstCell(const floorplan::FloorMap& map) {
 
 void VainLooks::Watch(const floorplan::FloorMap& map, const std::vector<Glance>& glances,
                       Utime images_to) {
+  if (images_to <= std::exchange(images_to_, images_to)) return in_view_.clear();
   const Eigen::Vector2i first = FirstCell(map);
   std::map<Cell, InView> now;
   std::vector<Glance> long_enough;

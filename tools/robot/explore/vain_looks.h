@@ -21,7 +21,8 @@ namespace gw::explore {
 class VainLooks {
  public:
   // A floor map has come, with images up to `images_to`; glances: SightRays::Glances on it from
-  // where the robot is. What was in view in every floor map for kLongEnoughS was looked at.
+  // where the robot is. What was in view in every floor map for kLongEnoughS was looked at; one
+  // without a newer image shows nothing, whatever is in view: vision does not know the place.
   void Watch(const floorplan::FloorMap& map, const std::vector<Glance>& glances, Utime images_to);
 
   // A look is over that was long enough by itself.
@@ -42,6 +43,7 @@ class VainLooks {
 
   std::map<Cell, float> least_m_;
   std::map<Cell, InView> in_view_;
+  Utime images_to_;
 };
 
 }  // namespace gw::explore

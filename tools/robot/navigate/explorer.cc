@@ -16,8 +16,7 @@ namespace {
 using explore::View;
 using floorplan::FloorMap;
 
-constexpr double kGridSilenceS = 5;    // gw-grid sends twice a second
-constexpr double kLookedS = 0.3;       // after a stop, until GRID holds what was seen there
+constexpr double kGridSilenceS = 5;    // gw-grid sends twice a second what images tell
 constexpr double kReconsiderS = 1.0;   // between two searches on the way
 constexpr double kMostlySeen = 0.3;    // of what was to be seen is left: the view is not worth it
 constexpr double kNearlyThereM = 0.4;  // no other view is taken any more
@@ -49,6 +48,7 @@ void Explorer::Take(const GridUpdate& update, Utime now) {
   tiles_changed_ = tiles_.Take(update) || tiles_changed_;
   if (!tiles_.empty()) grid_came_ = now;
   images_to_ = update.utime;
+  watched_ = false;
 }
 
 void Explorer::BringMapUpToDate() {
@@ -71,10 +71,10 @@ explore::UnseenFloor Explorer::Unseen() const {
 
 // What of the floor is in view now, and is it seen?
 void Explorer::WatchFloor() {
-  if (!images_to_ || !pose_ || !home_) return;
+  if (watched_ || !pose_ || !home_) return;
+  watched_ = true;
   const explore::UnseenFloor floor = Unseen();
-  vain_.Watch(map_, explore::SightRays(floor).Glances({pose_->position, pose_->yaw}), *images_to_);
-  images_to_.reset();
+  vain_.Watch(map_, explore::SightRays(floor).Glances({pose_->position, pose_->yaw}), images_to_);
 }
 
 Driver::Output Explorer::Update(Utime now) {
@@ -130,9 +130,19 @@ void Explorer::TakeEvent(Utime now, const Event& event, Output* out) {
   arrived_ = now;
 }
 
+// It stands: until the floor map holds an image from there. None is added while vision does not
+// know the place: then nothing was looked at, and no other view is taken there.
+bool Explorer::Looks(Utime now) {
+  if (images_to_ >= arrived_) return false;
+  if ((now - arrived_).seconds() < kGridSilenceS) return true;
+  if (looked_from_) barred_.push_back(looked_from_->place.position);
+  looked_from_.reset();
+  return false;
+}
+
 // What was seen from where it stands is in the floor map: where next?
 void Explorer::LookAndGoOn(Utime now, Output* out) {
-  if ((*grid_came_ - arrived_).seconds() < kLookedS) return;
+  if (Looks(now)) return;
   if (!home_) {
     home_ = {pose_->position, pose_->yaw};
     assumed_free_ =
@@ -256,14 +266,13 @@ void Explorer::StopAndLook(Utime now) {
   arrived_ = now;
 }
 
-void Explorer::CountLeft() {
+int Explorer::num_left() const {
   const explore::UnseenFloor floor =
       explore::FindUnseenFloor(seen_, {}, sight_, config_.robot_radius_m);
-  num_left_ = static_cast<int>(explore::FindFrontiers(floor).size());
+  return static_cast<int>(explore::FindFrontiers(floor).size());
 }
 
 void Explorer::Finish(const std::string& why_not, Output* out) {
-  CountLeft();
   why_not_ = why_not;
   phase_ = Phase::kFinished;
   out->speed = {};
@@ -272,7 +281,7 @@ void Explorer::Finish(const std::string& why_not, Output* out) {
 
 std::string Explorer::Summary() const {
   std::string text = "explored: " + std::to_string(num_explored_) + " frontiers, " +
-                     std::to_string(num_left_) + " unreachable";
+                     std::to_string(num_left()) + (finished() ? " unreachable" : " left");
   if (!why_not_.empty()) text += "; " + why_not_;
   return text;
 }

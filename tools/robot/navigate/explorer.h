@@ -60,8 +60,8 @@ class Explorer : public Driver {
 
   // Frontiers that it looked past, there or on the way.
   int num_explored() const { return num_explored_; }
-  // Those that were out of reach or not to be seen past.
-  int num_left() const { return num_left_; }
+  // Those that are in the map now; when it has finished: out of reach or not to be seen past.
+  int num_left() const;
   // The floor map as it drives on it.
   const floorplan::FloorMap& map() const { return map_; }
 
@@ -79,6 +79,7 @@ class Explorer : public Driver {
   explore::UnseenFloor Unseen() const;
   void Await(Output* out);
   void TakeEvent(Utime now, const Event& event, Output* out);
+  bool Looks(Utime now);
   void LookAndGoOn(Utime now, Output* out);
   void Reconsider(Utime now);
   void StopAndLook(Utime now);
@@ -88,7 +89,6 @@ class Explorer : public Driver {
   int FirstOf(const Found& found) const;
   void GoTo(const Found& found, int view);
   void Return();
-  void CountLeft();
   void Finish(const std::string& why_not, Output* out);
 
   NavigateConfig config_;
@@ -97,9 +97,10 @@ class Explorer : public Driver {
   FloorTiles tiles_;
   bool tiles_changed_ = false;
   std::optional<Utime> grid_came_;
-  std::optional<Utime> images_to_;  // in the floor map that came last and was not watched yet
-  floorplan::FloorMap seen_;        // as GRID has it
-  floorplan::FloorMap map_;         // with what is taken for free
+  Utime images_to_;           // in the floor map that came last,
+  bool watched_ = true;       // and this is done with it
+  floorplan::FloorMap seen_;  // as GRID has it
+  floorplan::FloorMap map_;   // with what is taken for free
   std::vector<Eigen::Vector2d> assumed_free_;
   explore::VainLooks vain_;
   std::vector<Eigen::Vector2d> barred_;
@@ -112,7 +113,7 @@ class Explorer : public Driver {
   std::optional<explore::View> looked_from_;  // it stands there and looks
   Utime arrived_;                             // where it stands
   Utime reconsidered_;
-  int num_explored_ = 0, num_left_ = 0;
+  int num_explored_ = 0;
   std::string waits_for_;
   std::string why_not_;  // it did not succeed; empty: it did
 };

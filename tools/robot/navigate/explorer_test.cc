@@ -57,6 +57,25 @@ TEST(Explorer, GoesThroughADoor) {
   EXPECT_GT(SeenShare(world, kStart, drive), 0.97);
 }
 
+// Across the room lies a strip where vision does not know the place.
+TEST(Explorer, LooksAgainAtWhatWasInViewWhileNothingWasAdded) {
+  TestExploration drive(RoomForTest(), kStart);
+  drive.blind = [](const Eigen::Vector2d& p) { return p.x() > 1.8 && p.x() < 3; };
+  drive.RunUntil(600);
+  ASSERT_TRUE(drive.explorer.finished());
+  EXPECT_TRUE(drive.explorer.succeeded()) << drive.explorer.Summary();
+  EXPECT_FALSE(drive.bumped());
+  EXPECT_GT(SeenShare(RoomForTest(), kStart, drive), 0.98);
+}
+
+TEST(Explorer, SaysWhatIsLeftWhenItIsCutOff) {
+  TestExploration drive(TwoRooms(8), kStart);
+  drive.RunUntil(30);
+  ASSERT_FALSE(drive.explorer.finished());
+  EXPECT_GT(drive.explorer.num_left(), 0);
+  EXPECT_NE(drive.explorer.Summary().find("left"), std::string::npos);
+}
+
 TEST(Explorer, SaysWhatItCouldNotReachBehindADoorThatIsTooNarrow) {
   TestExploration drive(TwoRooms(3), kStart);
   drive.RunUntil(900);

@@ -18,6 +18,7 @@ CONSTANT = re.compile(r"\bk[A-Z]\w*")
 STRUCTURE = {
     "kStream": "seed of random draws",
     "kX": "index", "kY": "index", "kZ": "index", "kHeading": "index", "kWayScale": "index", "kTurnScale": "index",
+    "kRadPerDeg": "unit", "kGravity": "physical constant",
     "kTaken": "mark", "kFree": "mark", "kInfinity": "infinity", "kNan": "not a number",
     "kBlock": "width of a vector", "kSlack": "width of a vector", "kWeightSum": "fixed point", "kShift": "fixed point",
     "kOrbPatchRadius": "size of a table", "kMaxLevels": "size of a table", "kMaxCompared": "size of a table",

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """Instrumented sources say what they said before, and what cannot be changed is left alone."""
+import contextlib
+import io
 import os
 import pathlib
 import sys
@@ -115,15 +117,50 @@ class Groups(unittest.TestCase):
 
 class Table(unittest.TestCase):
     def row(self, **changes):
-        return {"seed": "0", "exit": "0", "digest": "a", "live": "0.01", "keyframes": "0.01", **changes}
+        return {"constant": "", "direction": "", "log": "x", "seed": "0", "exit": "0", "digest": "a", "live": "0.01", "keyframes": "0.01", **changes}
+
+    def scatter(self):
+        return sensitivity.Scatter([self.row(), self.row(seed="1", live="0.012"), self.row(seed="2", live="0.014")])
 
     def test_effects_are_in_deviations_of_the_starts(self):
-        scatter = sensitivity.Scatter([self.row(), self.row(seed="1", live="0.012"), self.row(seed="2", live="0.014")])
-        self.assertEqual(sensitivity.effect(self.row(), scatter), (None, "="))
-        much, text = sensitivity.effect(self.row(digest="b", live="0.016"), scatter)
-        self.assertAlmostEqual(much, 3)
-        self.assertEqual(text, "+3.0 +0.0")
-        self.assertEqual(sensitivity.effect(self.row(exit="-11"), scatter)[1], "fails")
+        self.assertIsNone(sensitivity.effect(self.row(), self.scatter()))
+        worse, moved = sensitivity.effect(self.row(digest="b", live="0.016", keyframes="0.008"), self.scatter())
+        self.assertAlmostEqual(worse, 3)
+        self.assertAlmostEqual(moved, 4)  # of the keyframes, whose starts agree: a twentieth
+        self.assertEqual(sensitivity.effect(self.row(exit="-11", digest=""), self.scatter())[0], float("inf"))
+
+    def test_cells_say_what_came_out(self):
+        self.assertEqual(sensitivity.cell(self.row(), self.scatter()), "=")
+        self.assertEqual(sensitivity.cell(self.row(digest="b", live="0.016"), self.scatter()), "0.0160 0.0100")
+        self.assertEqual(sensitivity.cell(self.row(digest="b", log="x+dr"), self.scatter()), "0.0100")
+        self.assertEqual(sensitivity.cell(self.row(exit="-11", digest=""), self.scatter()), "fails")
+        self.assertEqual(sensitivity.cell(None, self.scatter()), "not run")
+
+    def test_verdicts(self):
+        self.assertEqual(sensitivity.verdict([None, None]), "=")
+        self.assertEqual(sensitivity.verdict([None, (0.5, 9)]), "within")
+        self.assertEqual(sensitivity.verdict([(2, 2), (0, 1)]), "some")
+        self.assertEqual(sensitivity.verdict([(3.1, 3.1), None]), "sharp")
+
+    def test_a_constant_stands_with_the_log_on_which_it_moves_most(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scratch = pathlib.Path(folder)
+            (scratch / "constants.csv").write_text("constant,line,value,left_as_it_is\na.cc:kA,1,2,\na.cc:kB,2,3,\na.cc:kC,2,3,\na.cc:kD,2,3,index\n")
+            runs = sensitivity.Runs(scratch / "runs.csv")
+            row = lambda **changes: {"before": "", "after": "", "cpu_s": "0", **self.row(**changes)}
+            runs.add([row(), row(log="y")])
+            for log, live in (("x", "0.011"), ("y", "0.05")):
+                runs.add([row(constant="a.cc:kA", direction="half", log=log, live=live, digest="b"), row(constant="a.cc:kA", direction="double", log=log)])
+                runs.add([row(constant="a.cc:kB", direction=d, log=log) for d in ("half", "double")])
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                sensitivity.table(scratch)
+            x, y = out.getvalue().split("### y")
+            self.assertNotIn("kA", x)
+            self.assertIn("| `a.cc:kA` | 2 | 0.0500 0.0100 | = | sharp |", y)
+            self.assertIn("On x, y:\n\n* `a.cc`: `kB`", y)
+            self.assertIn("### Not run\n\n* `a.cc`: `kC`", y)
+            self.assertNotIn("kD", y)
 
 
 if __name__ == "__main__":

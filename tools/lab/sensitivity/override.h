@@ -32,8 +32,9 @@ inline double Apply(const std::string& direction, double value) {
 inline std::string DirectionOf(const std::string& id) {
   const char* const set = std::getenv("GW_OVERRIDE");
   if (set == nullptr) return "";
-  const std::string wanted = "," + std::string(set) + ",";
-  const size_t found = wanted.find("," + id + "=");
+  std::string wanted(1, ',');  // no operator+: gcc 12 warns of it wrongly (-Wrestrict)
+  wanted.append(set).append(1, ',');
+  const size_t found = wanted.find(std::string(1, ',').append(id).append(1, '='));
   if (found == std::string::npos) return "";
   const size_t begin = found + id.size() + 2;
   return wanted.substr(begin, wanted.find(',', begin) - begin);

@@ -3,7 +3,7 @@
 
     sensitivity.py build --scratch DIR [--commit HEAD] [--only REGEX]
     sensitivity.py run   --scratch DIR LOG[@T0:T1][+yaw][+dr][+twice]... [--only REGEX] [--seeds N] [--values V...]
-    sensitivity.py table --scratch DIR [--all]
+    sensitivity.py table --scratch DIR
 
 `build` copies the tree of a commit into DIR, makes the constants changeable there (instrument.py) and
 builds gw-slam once. `run` runs each log (its configuration LOG.yaml beside it,
@@ -13,6 +13,7 @@ changed anything. Every result is a line of DIR/runs.csv, and what is there is n
 """
 import argparse
 import csv
+import functools
 import hashlib
 import json
 import os
@@ -30,7 +31,7 @@ import instrument
 
 FOLDERS = ["frontend/core", "backend/core", "common/good_weights", "common/vision", "dr_ekf/core"]
 FIELDS = ["constant", "direction", "log", "seed", "before", "after", "live", "keyframes", "digest", "exit", "cpu_s"]
-MOST_CPU_SECONDS = 300  # of a run; constants that are off can make it endless. Not of the clock: the machine may be busy
+MOST_CPU_SECONDS = 60  # of a run; constants that are off can make it endless. Not of the clock: the machine may be busy
 NEAR_ONE = re.compile(r"Cos|Share|Ratio|Quality|Coverage|Part|Surface")
 
 
@@ -132,15 +133,21 @@ class Log:
             self.path = cut
 
 
-def ape(log, estimate, scratch):
-    """APE RMSE in m, or '' when the estimate cannot be compared."""
-    result = scratch / "eval.json"
+@functools.lru_cache(maxsize=None)
+def ape_of(align, reference, content, scratch):
+    """APE RMSE in m of a trajectory with this content, or '' when it cannot be compared."""
+    result, estimate = scratch / "eval.json", scratch / "estimate.tum"
+    estimate.write_bytes(content)
     result.unlink(missing_ok=True)
-    subprocess.run([program("gw-eval"), "--align", log.align, "--ref", log.reference, "--est", estimate,
+    subprocess.run([program("gw-eval"), "--align", align, "--ref", reference, "--est", estimate,
                     "--json", result], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     if not result.exists():
         return ""
     return f'{json.loads(result.read_text())["ape"]["translation_m"]["rmse"]:.5f}'
+
+
+def ape(log, estimate, scratch):
+    return ape_of(log.align, log.reference, estimate.read_bytes(), scratch)
 
 
 def digest(folder):
@@ -236,14 +243,15 @@ class Runs:
 
 
 def run_group(scratch, runs, log, group):
-    """What changes nothing together is taken to change nothing alone; else each is run by itself."""
+    """What changes nothing together is taken to change nothing alone; else each half is run by itself, and so on."""
     group = [change for change in group if not runs.find(*change, log)]
-    if len(group) > 1:
-        rows = run_once(scratch, log, group, 0)
-        if rows[0]["digest"] and rows[0]["digest"] == runs.find("", "", log)["digest"]:
-            return runs.add(rows)
-    for change in group:
-        runs.add(run_once(scratch, log, [change], 0))
+    if not group:
+        return
+    rows = run_once(scratch, log, group, 0)
+    if len(group) == 1 or (rows[0]["digest"] and rows[0]["digest"] == runs.find("", "", log)["digest"]):
+        return runs.add(rows)
+    run_group(scratch, runs, log, group[:len(group) // 2])
+    run_group(scratch, runs, log, group[len(group) // 2:])
 
 
 def run(scratch, logs, only, seeds, values=None):
@@ -263,57 +271,99 @@ def run(scratch, logs, only, seeds, values=None):
 # --- table
 
 class Scatter:
-    """Undisturbed runs of one log: the digest, and both errors and their deviation over the starts; of one start, a tenth."""
+    """Undisturbed runs of one log: the digest, and both errors and their deviation over the starts: of one start a tenth of the
+    error, of more at least a twentieth, as few starts can lie together by chance."""
 
     def __init__(self, rows):
         self.digest = next(r["digest"] for r in rows if r["seed"] == "0")
         self.first, self.deviation = {}, {}
         for what in ("live", "keyframes"):
             values = [float(r[what]) for r in rows if r[what]]
-            self.first[what] = float(next(r[what] for r in rows if r["seed"] == "0"))
-            self.deviation[what] = max(statistics.stdev(values) if len(values) > 1 else 0.1 * self.first[what], 1e-5)
+            first = float(next(r[what] for r in rows if r["seed"] == "0"))
+            least = (0.05 if len(values) > 1 else 0.1) * first
+            self.first[what] = first
+            self.deviation[what] = max(statistics.stdev(values) if len(values) > 1 else 0, least, 1e-5)
 
 
 def effect(row, scatter):
-    """(how much worse in deviations of the starts, text) of one run against the undisturbed one."""
-    if row["exit"] != "0":
-        return float("inf"), "endless" if row["exit"] == str(-signal.SIGXCPU) else "fails"
+    """By how many deviations of the starts a run is worse than the undisturbed one, and moved; None where it is the same."""
     if row["digest"] == scatter.digest:
-        return None, "="
-    if not row["live"] or not row["keyframes"]:
-        return float("inf"), "no pose"
+        return None
+    if row["exit"] != "0" or not row["live"] or not row["keyframes"]:
+        return float("inf"), float("inf")
     changes = [(float(row[w]) - scatter.first[w]) / scatter.deviation[w] for w in ("live", "keyframes")]
-    return max(changes), f"{changes[0]:+.1f} {changes[1]:+.1f}"
+    return max(changes), max(abs(c) for c in changes)
 
 
-def table(scratch, everything, sharp=3.0):
+def cell(row, scatter):
+    """What one run gave: '=', the errors in m, or why there are none."""
+    if row is None:
+        return "not run"
+    if row["exit"] != "0":
+        return "endless" if row["exit"] == str(-signal.SIGXCPU) else "fails"
+    if row["digest"] == scatter.digest:
+        return "="
+    if not row["live"] or not row["keyframes"]:
+        return "no pose"
+    one = "+dr" in row["log"]  # the wheels' own sum is not changed by any constant
+    return " ".join(f"{float(row[w]):.4f}" for w in (("live",) if one else ("live", "keyframes")))
+
+
+def verdict(effects, sharp=3.0):
+    known = [e for e in effects if e is not None]
+    worst = max((e[0] for e in known), default=0)
+    return "=" if not known else "sharp" if worst > sharp else "some" if worst > 1 else "within"
+
+
+def by_path(names):
+    """['a/b.cc:kX', 'a/b.cc:kY'] -> ['`a/b.cc`: `kX`, `kY`']"""
+    found = {}
+    for name in names:
+        path, constant = name.split(":")
+        found.setdefault(path, []).append(f"`{constant}`")
+    return [f"`{path}`: {', '.join(constants)}" for path, constants in found.items()]
+
+
+def table(scratch):
+    """Each constant once: in the table of the log on which it moves the errors most."""
     rows, constants = read(scratch / "runs.csv"), read(scratch / "constants.csv")
     logs = list(dict.fromkeys(r["log"] for r in rows if not r["constant"]))
     scatters = {log: Scatter([r for r in rows if r["log"] == log and not r["constant"]]) for log in logs}
+    lines, same, never, counts = {}, {}, [], {}
+    for constant in constants:
+        if constant["left_as_it_is"]:
+            continue
+        name = constant["constant"]
+        mine = {(r["log"], r["direction"]): r for r in rows if r["constant"] == name}
+        tried = [log for log in logs if any(key[0] == log for key in mine)]
+        if not tried:
+            never.append(name)
+            continue
+        effects = {log: [effect(r, scatters[log]) for key, r in mine.items() if key[0] == log] for log in tried}
+        moved = {log: max((e[1] for e in effects[log] if e is not None), default=-1) for log in tried}
+        told = verdict([e for log in tried for e in effects[log]])
+        counts[told] = counts.get(told, 0) + 1
+        if told == "=":
+            same.setdefault(", ".join(tried), []).append(name)
+            continue
+        most = max(tried, key=lambda log: moved[log])
+        both = [mine.get((most, d)) for d in directions(name.split(":")[1], constant["value"])]
+        others = ", ".join(f"{log} {verdict(effects[log])}" for log in tried if log != most and verdict(effects[log]) not in ("=", "within"))
+        lines.setdefault(most, []).append(
+            f"| `{name}` | {constant['value']} | {' | '.join(cell(r, scatters[most]) for r in both)} | "
+            f"{told}{' (' + others + ')' if others else ''} |")
     for log in logs:
         s = scatters[log]
-        print(f"* {log}: live {s.first['live']:.4f} (deviation over starts {s.deviation['live']:.4f}), "
-              f"keyframes {s.first['keyframes']:.4f} ({s.deviation['keyframes']:.4f}) m")
-    print("\n| constant | value | tried | " + " | ".join(logs) + " | verdict |\n" + "| --- " * (len(logs) + 4) + "|")
-    counts = {}
-    for constant in constants:
-        mine = [r for r in rows if r["constant"] == constant["constant"]]
-        if not mine:
-            continue
-        cells, worst, same = {}, 0.0, True
-        for row in mine:
-            much, text = effect(row, scatters[row["log"]])
-            cells.setdefault((row["direction"], row["after"]), {})[row["log"]] = text
-            same = same and much is None
-            worst = max(worst, much or 0)
-        verdict = "not all runs" if len(mine) < 2 * len(logs) else "no effect" if same else "sharp" if worst > sharp else "within the scatter" if worst <= 1 else "some"
-        counts[verdict] = counts.get(verdict, 0) + 1
-        if not everything and verdict == "within the scatter":
-            continue
-        for (_, after), by_log in cells.items():
-            print(f"| `{constant['constant']}` | {constant['value']} | {after} | "
-                  + " | ".join(by_log.get(log, "") for log in logs) + f" | {verdict} |")
-    print("\n" + ", ".join(f"{v}: {n}" for v, n in sorted(counts.items())))
+        print(f"### {log}\n\nlive {s.first['live']:.4f} m (deviation {s.deviation['live']:.4f}), "
+              f"keyframes {s.first['keyframes']:.4f} m ({s.deviation['keyframes']:.4f})\n")
+        if log in lines:
+            print("| constant | value | half | double | verdict |\n| --- | --- | --- | --- | --- |\n" + "\n".join(lines[log]) + "\n")
+    print("### The same bytes\n")
+    for tried, names in same.items():
+        print(f"On {tried}:\n\n" + "\n".join(f"* {line}" for line in by_path(names)) + "\n")
+    if never:
+        print("### Not run\n\n" + "\n".join(f"* {line}" for line in by_path(never)) + "\n")
+    print(", ".join(f"{v}: {n}" for v, n in sorted(counts.items())))
 
 
 def main():
@@ -330,8 +380,6 @@ def main():
             command.add_argument("--only", default="", help="constants whose path:name matches")
             command.add_argument("--values", nargs="+", help="in place of half and double, each constant by itself")
             command.add_argument("--seeds", type=int, default=5, help="undisturbed starts that make the scatter")
-        if name == "table":
-            command.add_argument("--all", action="store_true", help="also what stays within the scatter")
     arguments = parser.parse_args()
     scratch = arguments.scratch.resolve()
     scratch.mkdir(parents=True, exist_ok=True)
@@ -341,7 +389,7 @@ def main():
         run(scratch, [Log(scratch, text) for text in arguments.logs], arguments.only,
             arguments.seeds, arguments.values)
     else:
-        table(scratch, arguments.all)
+        table(scratch)
 
 
 if __name__ == "__main__":

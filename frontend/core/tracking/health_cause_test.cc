@@ -62,9 +62,10 @@ TEST(HealthCause, AConstantThatIsTakenOutIsNamedWhileVisionTracks) {
   DrConstantFault fault;
   fault.way_factor = 2;
   EXPECT_THAT(
-      HealthCause(frame, fault, LengthFault{}),
+      HealthCause(frame, fault, LengthFault{}, ViewFault::kNone),
       testing::AllOf(HasSubstr("is taken out"), HasSubstr("multiply ticks_per_metre by 0.5")));
-  EXPECT_THAT(HealthCause(frame, {}, LengthFault{1.25, true}), HasSubstr("by 0.800"));
+  EXPECT_THAT(HealthCause(frame, {}, LengthFault{1.25, true}, ViewFault::kNone),
+              HasSubstr("by 0.800"));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 namespace gw::study {
 namespace {
@@ -42,29 +43,32 @@ bool HasPose(const FramePose& frame) {
          frame.status != TrackingStatus::kInvalid;
 }
 
-double LongestTooSure(const std::vector<FramePose>& frames,
-                      const std::vector<eval::PosePair>& pairs) {
-  if (pairs.empty()) return 0;
+// Fills in how long and how often the published poses were too sure.
+void JudgeCovariance(const std::vector<FramePose>& frames, const std::vector<eval::PosePair>& pairs,
+                     FaultNumbers* out) {
+  if (pairs.empty()) return;
   const SE3 T_RefEst = AlignBegin(pairs);
   std::map<Utime, const eval::PosePair*> pair_at;
   for (const eval::PosePair& pair : pairs) pair_at[pair.utime] = &pair;
-  double longest = 0;
   Utime begin;
   bool inside = false;
+  double tracking = 0, too_sure = 0;
   for (const FramePose& frame : frames) {
     const auto pair = pair_at.find(frame.utime);
     if (pair == pair_at.end()) continue;  // no truth: says nothing
-    if (frame.status != TrackingStatus::kTracking ||
-        !(Sigmas(pair->second->T_ref, T_RefEst * pair->second->T_est, frame.cov_T_WB) >
-          kTooSureSigmas)) {
+    const bool tracks = frame.status == TrackingStatus::kTracking;
+    const SE3 T_est = T_RefEst * pair->second->T_est;
+    tracking += tracks;
+    if (!tracks || !(Sigmas(pair->second->T_ref, T_est, frame.cov_T_WB) > kTooSureSigmas)) {
       inside = false;
       continue;
     }
+    ++too_sure;
     if (!inside) begin = frame.utime;
     inside = true;
-    longest = std::max(longest, (frame.utime - begin).seconds());
+    out->too_sure_s = std::max(out->too_sure_s, (frame.utime - begin).seconds());
   }
-  return longest;
+  if (tracking > 0) out->too_sure_share = too_sure / tracking;
 }
 
 }  // namespace
@@ -87,7 +91,7 @@ FaultNumbers MeasureFault(const measure::SlamRun& run, const SE3& T_BB,
   const auto evaluation = eval::Evaluate(truth, live, options);
   if (!evaluation) return out;
   out.ape_m = evaluation->ape_translation_m.rmse;
-  out.too_sure_s = LongestTooSure(run.frames, evaluation->pairs);
+  JudgeCovariance(run.frames, evaluation->pairs, &out);
   return out;
 }
 

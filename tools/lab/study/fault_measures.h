@@ -20,6 +20,7 @@ struct FaultNumbers {
   // where the map begins, is off by more than kTooSureSigmas of the covariance it was published
   // with; s.
   double too_sure_s = 0;
+  double too_sure_share = 0;  // of the images that are tracking
 };
 
 // T_BB: brings the poses of the run (T_WB T_BB) to the body of the truth; identity unless the

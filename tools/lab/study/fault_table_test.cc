@@ -199,6 +199,7 @@ TEST(FaultMeasures, ErrorsBeyondTheCovarianceAreTimed) {
   const FaultNumbers numbers = MeasureFault(run, SE3(), truth, eval::Alignment::kNone);
   EXPECT_EQ(numbers.without_pose, 1);
   EXPECT_NEAR(numbers.too_sure_s, 58 / 30.0, 1e-3);  // images 331 to 389
+  EXPECT_NEAR(numbers.too_sure_share, 89 / 597.0, 1e-9);
   EXPECT_NEAR(*numbers.ape_m, 0.5 * std::sqrt(90 / 600.0), 1e-9);
   for (FramePose& f : run.frames) f.cov_T_WB *= 100;
   EXPECT_EQ(MeasureFault(run, SE3(), truth, eval::Alignment::kNone).too_sure_s, 0);

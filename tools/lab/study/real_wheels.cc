@@ -183,13 +183,15 @@ StudyFiles RenderRealWheels(const std::string& origin, const std::vector<RealWhe
       FormatFixed(kBestBar, 2) + " x the better of wheels and `none` on each, " +
       FormatFixed(kWheelsBar, 1) +
       " x wheels in the mean of the ratios; a pose for every image. Blind: images that dead "
-      "reckoning carried. Too sure: longest span of tracking with an error over 5 sigma, s.\n\n"
+      "reckoning carried. Too sure: longest span of tracking with an error over 5 sigma since the "
+      "begin, s, and the share of such images.\n\n"
       "| run | way | time | wheels | DR alone | `none` | lost | `full` | blind | without pose | "
-      "too sure | `full` / best | `full` / wheels | bar | said |\n"
+      "too sure | share | `full` / best | `full` / wheels | bar | said |\n"
       "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- "
-      "|\n";
+      "| --- |\n";
   files.csv =
       "run,way_m,seconds,wheels_m,dr_m,none_m,none_lost,full_m,blind,without_pose,too_sure_s,"
+      "too_sure_share,"
       "to_best,to_wheels\n";
   double sum = 0;
   bool determined = true;
@@ -209,6 +211,7 @@ StudyFiles RenderRealWheels(const std::string& origin, const std::vector<RealWhe
                                             std::to_string(row.full.blind),
                                             std::to_string(row.full.without_pose),
                                             FormatFixed(row.full.too_sure_s, 1),
+                                            FormatFixed(row.full.too_sure_share, 2),
                                             Number(ratios.to_best, 2),
                                             Number(ratios.to_wheels, 2)};
     std::string line = "|", csv;

@@ -28,8 +28,8 @@ bool PieceStart::Observe(Utime utime, bool place_known, const FeatureFrame& fram
 // What moves with the camera is seen where it was.
 bool PieceStart::Agrees(const FeatureFrame& frame, const SE3& T_OC) const {
   const double moved =
-      ShareSeenAgain(camera_, compared_->frame, frame, T_OC.inverse() * compared_->T_OC);
-  const double fixed = ShareSeenAgain(camera_, compared_->frame, frame, SE3());
+      CountSeenAgain(camera_, compared_->frame, frame, T_OC.inverse() * compared_->T_OC).share();
+  const double fixed = CountSeenAgain(camera_, compared_->frame, frame, SE3()).share();
   return moved >= kLeastSeen && moved > fixed;
 }
 

@@ -14,12 +14,13 @@ constexpr DurationUs kInARow = Milliseconds(300);
 // A fall of the inliers to less than this share, and to no more than chance gives, is a break.
 constexpr double kCollapse = 0.25;
 
-}  // namespace
-
+// True when so little time and motion lie between two images that they must show the same scene.
 bool InARow(DurationUs time, const SE3& motion) {
   return time <= kInARow && motion.translation().norm() < kSmallTranslation &&
          LogSO3(motion.rotation()).norm() < kSmallRotation;
 }
+
+}  // namespace
 
 bool PlaceConfirmation::Contradicts(const PlaceEvidence& now) const {
   if (!doubts_ || !now.placed || now.relocalised || now.num_detected < kRich || !now.T_OC)

@@ -21,9 +21,6 @@
 
 namespace gw::frontend {
 
-// True when so little time and motion lie between two images that they must show the same scene.
-bool InARow(DurationUs time, const SE3& motion);
-
 // What one image told.
 struct PlaceEvidence {
   Utime utime;

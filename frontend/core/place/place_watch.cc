@@ -2,10 +2,10 @@
 
 namespace gw::frontend {
 
-void PlaceWatch::CompareViews(Utime utime, const FeatureFrame& frame,
-                              const std::optional<SE3>& T_OC, bool weak) {
-  other_view_ = weak && view_.Changed(utime, frame, T_OC);
-  view_.Remember(utime, frame, T_OC);
+void PlaceWatch::CompareViews(Utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC,
+                              bool weak) {
+  other_view_ = weak && view_.Changed(frame, T_OC);
+  view_.Remember(frame, T_OC);
 }
 
 bool PlaceWatch::Contradicts(PlaceEvidence evidence) const {

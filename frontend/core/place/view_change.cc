@@ -16,6 +16,8 @@ constexpr double kFewSeenAgain = 0.08;
 constexpr float kWindow = 40;        // px about where a feature is expected
 constexpr int kSameFeature = 50;     // of 256 bits
 constexpr double kTypicalDepth = 2;  // m, of features without
+// Share of the image before that must still be in view: less is too little in common.
+constexpr double kEnoughInCommon = 0.5;
 
 bool IsRich(const FeatureFrame& frame) {
   return static_cast<int>(frame.features.size()) >= PlaceConfirmation::kRich;
@@ -23,45 +25,52 @@ bool IsRich(const FeatureFrame& frame) {
 
 }  // namespace
 
-double ShareSeenAgain(const RectifiedCamera& camera, const FeatureFrame& before,
-                      const FeatureFrame& frame, const SE3& T_CbCa) {
+SeenAgain CountSeenAgain(const RectifiedCamera& camera, const FeatureFrame& before,
+                         const FeatureFrame& frame, const SE3& T_CbCa) {
   const FeatureGrid grid(frame.features);
-  int expected = 0;
-  int seen = 0;
+  SeenAgain out;
   for (size_t i = 0; i < before.features.size(); ++i) {
     const Feature& f = before.features[i];
-    const Eigen::Vector3d p =
-        T_CbCa * camera.Unproject(f.u, f.v, f.has_depth() ? f.depth : kTypicalDepth);
+    const Eigen::Vector3d p_Ca =
+        camera.Unproject(f.u, f.v, f.has_depth() ? f.depth : kTypicalDepth);
+    const Eigen::Vector3d p = T_CbCa * p_Ca;
     if (!(p.z() > camera.depth_min_m)) continue;
     const Eigen::Vector2d uv = camera.Project(p);
     if (!camera.InImage(uv)) continue;
-    ++expected;
+    ++out.in_view;
+    if (!f.has_depth()) {
+      const Eigen::Vector3d ray = T_CbCa.rotation() * p_Ca;  // infinitely far away
+      if (!(ray.z() > 0) || (camera.Project(ray) - uv).norm() > kWindow) continue;
+    }
+    ++out.expected;
     int best = kSameFeature + 1;
     grid.ForEachNear(static_cast<float>(uv.x()), static_cast<float>(uv.y()), kWindow, [&](int k) {
       best = std::min(best, HammingDistance(before.descriptors[i], frame.descriptors[k]));
     });
-    seen += best <= kSameFeature;
+    out.seen += best <= kSameFeature ? 1 : 0;
   }
-  return expected > 0 ? static_cast<double>(seen) / expected : 0.0;
+  return out;
 }
 
-bool ViewChange::Changed(Utime utime, const FeatureFrame& frame,
-                         const std::optional<SE3>& T_OC) const {
+bool ViewChange::Changed(const FeatureFrame& frame, const std::optional<SE3>& T_OC) const {
   if (!before_ || !T_OC || !IsRich(frame)) return false;
-  return ShowsNothingOf(*before_, utime, frame, *T_OC) &&
-         (!before_that_ || ShowsNothingOf(*before_that_, utime, frame, *T_OC));
+  return ShowsNothingOf(*before_, frame, *T_OC) &&
+         (!before_that_ || ShowsNothingOf(*before_that_, frame, *T_OC));
 }
 
-bool ViewChange::ShowsNothingOf(const Image& before, Utime utime, const FeatureFrame& frame,
+bool ViewChange::ShowsNothingOf(const Image& before, const FeatureFrame& frame,
                                 const SE3& T_OC) const {
-  return InARow(utime - before.utime, before.T_OC.inverse() * T_OC) &&
-         ShareSeenAgain(camera_, before.frame, frame, T_OC.inverse() * before.T_OC) < kFewSeenAgain;
+  const SeenAgain again =
+      CountSeenAgain(camera_, before.frame, frame, T_OC.inverse() * before.T_OC);
+  const auto all = static_cast<double>(before.frame.features.size());
+  return again.in_view > kEnoughInCommon * all && again.expected >= PlaceConfirmation::kByChance &&
+         again.share() < kFewSeenAgain;
 }
 
-void ViewChange::Remember(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC) {
+void ViewChange::Remember(const FeatureFrame& frame, const std::optional<SE3>& T_OC) {
   before_that_ = std::move(before_);
   before_.reset();
-  if (T_OC && IsRich(frame)) before_ = Image{utime, frame, *T_OC};
+  if (T_OC && IsRich(frame)) before_ = Image{frame, *T_OC};
 }
 
 }  // namespace gw::frontend

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 // Variance that stands for "knows nothing" of a way since the clone: far above any measurement, low
 // enough that the update keeps 14 digits.
-constexpr double kUnknownWay = 1.0;  // m^2
+constexpr double kUnknownWay = 100;  // m^2
 
 }  // namespace
 

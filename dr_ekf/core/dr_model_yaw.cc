@@ -13,7 +13,7 @@ using Scalar = Eigen::Matrix<double, 1, 1>;
 
 // Variance that stands for "knows nothing" of a turn since the clone: far above any measurement,
 // low enough that the update keeps 14 digits.
-constexpr double kUnknownTurn = 1.0;  // rad^2
+constexpr double kUnknownTurn = 100;  // rad^2
 // A heading that stands while the other one turns this far is stuck; above the largest offset of a
 // gyro. Until then the base's heading may lag by some of its steps.
 constexpr double kStuckTurn = 0.3;  // rad

@@ -2,7 +2,7 @@
 
 namespace gw::frontend {
 
-void PlaceWatch::CompareViews(Utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC,
+void PlaceWatch::CompareViews(const FeatureFrame& frame, const std::optional<SE3>& T_OC,
                               bool weak) {
   other_view_ = weak && view_.Changed(frame, T_OC);
   view_.Remember(frame, T_OC);

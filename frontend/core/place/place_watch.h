@@ -24,8 +24,7 @@ class PlaceWatch {
   // After the search for the pose of an image, before it is judged: does the image show another
   // scene than the one before? T_OC: its camera in the odometry frame. weak: only few inliers, or
   // none, answer the question already.
-  void CompareViews(Utime utime, const FeatureFrame& frame, const std::optional<SE3>& T_OC,
-                    bool weak);
+  void CompareViews(const FeatureFrame& frame, const std::optional<SE3>& T_OC, bool weak);
 
   // True when the pose that vision found for the newest image is contradicted. other_view of the
   // evidence is filled in here.

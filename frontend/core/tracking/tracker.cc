@@ -281,7 +281,7 @@ void Tracker::Impl::CompareViews(const TrackedImage& image) {
   const std::optional<SE3> T_OC = motion_.OdometryPose(image.utime);
   const bool weak = track_.vision_broken() || !image.found.found ||
                     image.found.estimate.num_inliers < PlaceConfirmation::kByChance;
-  place_.CompareViews(image.utime, *image.frame, T_OC, weak);
+  place_.CompareViews(*image.frame, T_OC, weak);
 }
 
 TrackerOutput Tracker::Impl::Track(Utime utime, int64_t seq, const FeatureFrame& features,

@@ -1,7 +1,6 @@
 #include "frontend/core/tracking/tracker.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "common/core/clock_watch.h"
@@ -26,7 +25,6 @@
 namespace gw::frontend {
 namespace {
 
-constexpr int kMinInitialLandmarks = 50;  // fewer do not carry the next image
 // A correction larger than this is announced (status RECOVERING).
 constexpr double kSnapTranslation = 0.02;  // m
 constexpr double kSnapRotation = 0.0175;   // rad

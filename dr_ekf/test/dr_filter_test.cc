@@ -157,7 +157,7 @@ TEST_P(DrFilterModes, PublishedGrowthAgreesWithTheExactCovariance) {
       const Utime a = r.begin + Milliseconds(6000 + 400 * i);  // wheels: every 20 ms
       const Utime b = a + DurationFromSeconds(length);
       const Result<DrIncrement> exact = filter.Increment(a, b);
-      const auto composed = history.Increment(a, b, {0});
+      const auto composed = history.Increment(a, b);
       ASSERT_TRUE(exact.ok() && composed);
       EXPECT_LT((exact->T_BaBb.inverse() * composed->T_BaBb).Log().norm(), 0.02);
       for (const int axis : {0, 1, 5}) {

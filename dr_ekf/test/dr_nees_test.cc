@@ -123,7 +123,7 @@ TEST_P(DrNees, IncrementsAreHonest) {
       const Result<DrIncrement> increment = filter.Increment(a, b);
       ASSERT_TRUE(increment.ok()) << increment.error().message;
       exact[k].Add((increment->T_BaBb.inverse() * truth).Log(), increment->cov, mode);
-      const auto composed = history.Increment(a, b, {0});
+      const auto composed = history.Increment(a, b);
       ASSERT_TRUE(composed);
       published[k].Add((composed->T_BaBb.inverse() * truth).Log(), composed->cov, mode);
       if (k == 0) {

@@ -88,7 +88,7 @@ Honesty NeesOf(const std::vector<StampedPose>& reference, const DriveReport& rep
     if (j >= reference.size()) break;
     const Utime b = reference[j].utime;
     if ((b - a).seconds() > 1.5 * window_s + 3) continue;
-    const auto increment = history.Increment(a, b, {0});
+    const auto increment = history.Increment(a, b);
     if (!increment) continue;
     const SE3 truth = reference[i].T.inverse() * reference[j].T;
     if (truth.translation().norm() < 0.02 * window_s) continue;  // parked

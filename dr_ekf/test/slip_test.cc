@@ -125,7 +125,7 @@ SlipOutcome Judge(const SlipRun& run, const std::vector<DrState>& states) {
   }
   const Utime a = r.begin + DurationFromSeconds(run.slip.begin_s - 0.5);
   const Utime b = r.begin + DurationFromSeconds(run.slip.end_s + 1.0);
-  const auto increment = history.Increment(a, b, {0});
+  const auto increment = history.Increment(a, b);
   const SE3 truth = r.TruthAt(a).inverse() * r.TruthAt(b);
   const Vector6d error = (increment->T_BaBb.inverse() * truth).Log();
   out.error_m = error.head<3>().norm();

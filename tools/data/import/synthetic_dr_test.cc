@@ -108,7 +108,7 @@ TEST(SyntheticDr, ReportedCovarianceIsHonest) {
     DrHistory history({60000000});
     for (const DrState& s : Make(truth, o)) ASSERT_TRUE(history.Push(s));
     for (const int64_t begin : {1500000, 15000000}) {
-      const auto inc = history.Increment({begin}, {begin + 1000000}, {0});
+      const auto inc = history.Increment({begin}, {begin + 1000000});
       ASSERT_TRUE(inc);
       EXPECT_TRUE(inc->synthetic);
       const Vector6d e = IncrementError(poses, *inc);

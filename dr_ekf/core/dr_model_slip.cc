@@ -31,6 +31,7 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
                                     FilterState& state) const {
   SlipGate& gate = axis == 0 ? state.forward_gate : state.sideways_gate;
   const bool accused = axis == 0 && state.utime <= state.accused_until;
+  const bool stands = axis == 0 && stand;
   const double share = accused ? kAccusedShare : 1.0;
   SlipGate::Interval judged = interval;
   judged.least = share * std::max(judged.least, axis == 0 ? kLeastSlip : kLeastSlide);
@@ -47,8 +48,8 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
     // Wheels that turn too far slip, and an accelerometer that finds it again and again is wrong,
     // where vision does not find it, too. Wheels that do not turn at all do not slip: they are not
     // heard, or the robot is carried.
-    gate.counted = !(axis == 0 && stand) && !accused;
-    state.recent_stands += axis == 0 && stand;
+    gate.counted = !stands && !accused;
+    state.recent_stands += stands;
     state.recent_slips += gate.counted;
     if (state.recent_slips > kMostSlips) state.accel_unfit = true;
     if (state.recent_stands > kMostSlips) state.wheels_stand = true;
@@ -59,8 +60,8 @@ SlipGate::Verdict DrModel::JudgeWay(int axis, double way, bool stand,
   const bool impossible =
       axis == 0 && (own_speed < slowest - kSpeedSlack || own_speed > fastest + kSpeedSlack);
   const bool for_long = state.utime - gate.rejecting_since > DurationFromSeconds(kMaxWayRejection);
-  state.wheels_contradicted = state.wheels_contradicted || (for_long && accused && !stand);
-  if (axis == 0 && stand) {
+  state.wheels_contradicted = state.wheels_contradicted || (for_long && accused && !stands);
+  if (stands) {
     state.wheels_stand = state.wheels_stand || for_long;
   } else if (impossible || (for_long && !accused)) {
     DoubtAccelerometer(axis, interval.innovation / interval.dt, state);

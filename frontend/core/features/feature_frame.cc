@@ -36,8 +36,6 @@ Feature MakeFeature(const OrbKeypoint& k) {
   return f;
 }
 
-}  // namespace
-
 // Of one pixel in 64: a mean needs no more.
 double Brightness(const ImageView& image) {
   constexpr int kStep = 8;
@@ -48,6 +46,8 @@ double Brightness(const ImageView& image) {
   }
   return static_cast<double>(sum) / static_cast<double>(count);
 }
+
+}  // namespace
 
 class FeatureExtractor::Impl {
  public:

@@ -96,12 +96,12 @@ Eigen::Vector2d DrCalibration::Turn::Fused(const ToldTurn& told) const {
 // the noise for turns that vision does not see, and the scale for zero.
 void DrCalibration::Turn::Update(double sensed, double sensed_variance, double measured,
                                  DurationUs length, const ToldTurn& told) {
-  const double scale = Fused(told)[0];
+  const Eigen::Vector2d fused = Fused(told);
   const bool turns = sensed * sensed > kTurnSigmas * kTurnSigmas * sensed_variance;
   const Eigen::Vector2d tells(turns ? sensed : 0, -length.seconds());
-  if (!turns) measured -= scale * sensed;
-  const double innovation = measured - tells.dot(Fused(told));
-  const double variance = kHeadingSigma * kHeadingSigma + scale * scale * sensed_variance;
+  if (!turns) measured -= fused[0] * sensed;
+  const double innovation = measured - tells.dot(fused);
+  const double variance = kHeadingSigma * kHeadingSigma + fused[0] * fused[0] * sensed_variance;
   const double innovation_variance = tells.dot(Covariance(told) * tells) + variance;
   if (innovation * innovation > kGateSigmas * kGateSigmas * innovation_variance) return;
   information += tells * tells.transpose() / variance;

@@ -110,6 +110,7 @@ Motion MotionModel::Between(Utime a, Utime b) const {
   if (DrPredicts(variant_) && !contradicted) {
     if (const auto dr = DrBetween(a, b)) {
       out.T_BaBb_dr = dr->told.T_BaBb;
+      out.turn_variance_dr = dr->noise.white(5, 5);
       out.T_ab = InCamera(dr->T_BaBb, T_BC_);
       out.noise = OrNominal(InCamera(Shown(dr->noise), T_BC_), dt);
       out.weight_cov = WeightCovariance(NominalCovariance(dt, dr_weight_), out.noise.Covariance());
@@ -178,11 +179,9 @@ std::optional<DrHeight> MotionModel::Height(Utime utime) const {
 void MotionModel::Observe(const Seen& seen, const Motion& expected) {
   if (seen.a == observed_) velocity_ = seen.T_ab.Log() / (seen.b - seen.a).seconds();
   observed_ = seen.b;
-  DrNoise noise;
-  if (seen.healthy && calibrate_dr_ && expected.from_dr && !expected.slip &&
-      dr_.Increment(seen.a, seen.b, &noise)) {
+  if (seen.healthy && calibrate_dr_ && expected.from_dr && !expected.slip) {
     learnt_.calibration.Observe(expected.T_BaBb_dr, T_BC_ * seen.T_ab * T_BC_.inverse(),
-                                seen.b - seen.a, dr_.newest(), noise.white(5, 5));
+                                seen.b - seen.a, dr_.newest(), expected.turn_variance_dr);
   } else {
     learnt_.calibration.Interrupt();
   }

@@ -22,8 +22,9 @@
 namespace gw::frontend {
 
 struct Motion {
-  SE3 T_ab;       // camera at the end in the camera at the beginning
-  SE3 T_BaBb_dr;  // from_dr: the body, as DR told it, its scale errors still in
+  SE3 T_ab;                     // camera at the end in the camera at the beginning
+  SE3 T_BaBb_dr;                // from_dr: the body, as DR told it, its scale errors still in
+  double turn_variance_dr = 0;  // rad^2, of its turn, beside scale and bias
   DrNoise noise;  // of T_ab, right perturbation: what the motion's source says of itself
   // Sigma_d of the weighting: DrCovariance in common/good_weights.
   Matrix6d weight_cov = Matrix6d::Identity();

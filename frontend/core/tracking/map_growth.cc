@@ -33,7 +33,7 @@ bool MapGrowth::CanBeginPiece(const FeatureFrame& frame) const {
 }
 
 // An image may become a keyframe when it is known where it was taken, by vision or dead reckoning.
-bool MapGrowth::IsDue(const TrackedImage& image, bool vision) {
+bool MapGrowth::IsDue(const TrackedImage& image, bool vision) const {
   if (map_->frozen() || (map_->known() && map_->empty()) || place_->in_doubt()) return false;
   if (!vision && !(track_->placed() && image.motion.from_dr && maps_by_dr_)) return false;
   return track_->chain.WantsNext(image.utime, *image.frame, image.found,

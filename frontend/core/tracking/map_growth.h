@@ -18,7 +18,7 @@ class MapGrowth {
   // It shows enough to begin a piece of the map, as it would to begin a map.
   bool CanBeginPiece(const FeatureFrame& frame) const;
   // The image, whose pose is decided, is to become a keyframe. vision: that carries the pose.
-  bool IsDue(const TrackedImage& image, bool vision);
+  bool IsDue(const TrackedImage& image, bool vision) const;
 
   // Makes a keyframe of the image where the track is, and adds it to the map and what it begins to
   // what is tracked. report: what is published of the image.

@@ -130,15 +130,13 @@ Result<FaultRun> RunWithFault(Experiment* experiment, const RobotConfig& config,
         if (session->counters().undecodable > undecodable) {
           Note("undecodable", now, SenderOf(event.channel), &out.findings).in_health = true;
         }
-        if (event.channel == wire::kCamera && !session->dr_fault().empty()) {
-          Note("constant", now, Accused::kDr, &out.findings).in_health = true;
-        }
-        if (event.channel == wire::kCamera && !session->length_fault().empty()) {
-          Note("camera_scale", now, Accused::kVision, &out.findings).in_health = true;
-        }
-        if (event.channel == wire::kCamera && !session->view_fault().empty()) {
-          Note("view", now, Accused::kVision, &out.findings).in_health = true;
-        }
+        if (event.channel != wire::kCamera) return;
+        const auto note = [&](const char* name, Accused accused, const std::string& words) {
+          if (!words.empty()) Note(name, now, accused, &out.findings).in_health = true;
+        };
+        note("constant", Accused::kDr, session->dr_fault());
+        note("camera_scale", Accused::kVision, session->length_fault());
+        note("view", Accused::kVision, session->view_fault());
       });
   if (!done) return done.error();
   session->Finish();

@@ -191,8 +191,7 @@ StudyFiles RenderRealWheels(const std::string& origin, const std::vector<RealWhe
       "| --- |\n";
   files.csv =
       "run,way_m,seconds,wheels_m,dr_m,none_m,none_lost,full_m,blind,without_pose,too_sure_s,"
-      "too_sure_share,"
-      "to_best,to_wheels\n";
+      "too_sure_share,to_best,to_wheels\n";
   double sum = 0;
   bool determined = true;
   for (const RealWheelsRow& row : rows) {

@@ -6,6 +6,7 @@
 
 #include "frontend/core/features/depth_lookup.h"
 #include "frontend/core/features/eye_order.h"
+#include "frontend/core/features/feature_depth.h"
 #include "frontend/core/features/image_undistorter.h"
 #include "frontend/core/features/orb_extractor.h"
 #include "frontend/core/features/stereo_matcher.h"
@@ -13,10 +14,6 @@
 
 namespace gw::frontend {
 namespace {
-
-// A distance so much beyond the range is still told, for landmarks that stand within it: farther
-// off than noise brings one of them, it is a wrong match.
-constexpr float kBeyond = 1.5F;
 
 // Where fewer of the features have a disparity the eyes themselves are doubted.
 constexpr size_t kFewDisparities = 10;  // one in so many
@@ -95,7 +92,7 @@ class FeatureExtractor::Impl {
       f.u = uv->x();
       f.v = uv->y();
       const float depth = has_depth ? depth_lookup_.At(frame.depth, k.u, k.v) : -1.0F;
-      if (depth > 0) SetDepth(depth, static_cast<float>(camera_.bf()) / depth, &f);
+      if (depth > 0) SetDepth(camera_, depth, static_cast<float>(camera_.bf()) / depth, &f);
       out->features.push_back(f);
       out->descriptors.push_back(left_descriptors_[i]);
     }
@@ -115,7 +112,8 @@ class FeatureExtractor::Impl {
     for (size_t i = 0; i < out->features.size(); ++i) {
       if (disparities_[i] <= 0) continue;
       const float depth = static_cast<float>(camera_.bf()) / disparities_[i];
-      if (depth >= camera_.depth_min_m) SetDepth(depth, disparities_[i], &out->features[i]);
+      if (depth >= camera_.depth_min_m)
+        SetDepth(camera_, depth, disparities_[i], &out->features[i]);
     }
     if (HasFewDisparities(*out)) {
       switch (JudgeEyeOrder({left_.pyramid(), left_keypoints_, left_descriptors_},
@@ -144,12 +142,6 @@ class FeatureExtractor::Impl {
     }
     rectifier->Rectify(image, rectified);
     extractor->Extract(rectified->View(), &rectifier->valid(), keypoints, descriptors);
-  }
-
-  void SetDepth(float depth, float disparity, Feature* f) const {
-    if (depth > kBeyond * camera_.depth_max_m) return;
-    if (depth <= camera_.depth_max_m) f->depth = depth;
-    f->u_right = f->u - disparity;
   }
 
   RectifiedCamera camera_;

@@ -1,8 +1,16 @@
 #include "frontend/core/features/image_cleaner.h"
 
+#include <cmath>
+
 #include "frontend/core/features/rolling_shutter.h"
 
 namespace gw::frontend {
+namespace {
+
+// Depth and grey image of the two nearest moments are no farther apart.
+constexpr double kHalfAnImage = 0.5;
+
+}  // namespace
 
 const FeatureFrame* ImageCleaner::LeaveOutFixed(Utime utime, const FeatureFrame& seen,
                                                 const std::optional<CameraStep>& step) {
@@ -19,10 +27,18 @@ void ImageCleaner::JudgeEyes(const FeatureFrame& seen, const SE3& T_ab, Duration
   depth_spoilt_ = eyes_.SpoilsDepth(seen, T_ab, dt);
 }
 
+ViewFault ImageCleaner::depth_fault() const {
+  const double late = depth_sync_.Lateness();
+  if (std::abs(late) <= kHalfAnImage) return ViewFault::kNone;
+  return late > 0 ? ViewFault::kDepthLate : ViewFault::kDepthEarly;
+}
+
 const FeatureFrame* ImageCleaner::Correct(const FeatureFrame* of_world, const SE3& T_ab,
                                           DurationUs dt) {
-  if (camera_.readout_s <= 0 && !depth_spoilt_) return of_world;
+  const double late = depth_sync_.Lateness();
+  if (camera_.readout_s <= 0 && !depth_spoilt_ && late == 0) return of_world;
   corrected_ = *of_world;
+  if (late != 0) depth_sync_.Correct(late, &corrected_.features);
   if (camera_.readout_s > 0) {
     UndoRollingShutter(camera_, camera_.readout_s, T_ab.Log().tail<3>() / dt.seconds(),
                        &corrected_.features);

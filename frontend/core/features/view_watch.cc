@@ -23,21 +23,6 @@ constexpr size_t kFewestImages = 10;
 
 }  // namespace
 
-std::string_view Describe(ViewFault fault) {
-  switch (fault) {
-    case ViewFault::kNone:
-      break;
-    case ViewFault::kFlickers:
-      return "the image's brightness jumps from image to image: check exposure control, and lamps "
-             "that flicker";
-    case ViewFault::kLeftCovered:
-      return "what moves to the left of the image is lost there: is the lens covered or dirty?";
-    case ViewFault::kRightCovered:
-      return "what moves to the right of the image is lost there: is the lens covered or dirty?";
-  }
-  return "";
-}
-
 size_t ViewWatch::ColumnOf(double u) const {
   const double column = std::floor(static_cast<double>(kColumns) * u / width_);
   return static_cast<size_t>(std::clamp(column, 0.0, static_cast<double>(kColumns - 1)));

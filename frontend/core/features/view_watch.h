@@ -12,17 +12,12 @@
 
 #include <array>
 #include <deque>
-#include <string_view>
 
 #include "common/core/time.h"
 #include "frontend/core/features/feature_frame.h"
+#include "frontend/core/features/view_fault.h"
 
 namespace gw::frontend {
-
-enum class ViewFault { kNone, kFlickers, kLeftCovered, kRightCovered };
-
-// In words for HEALTH: what, and what to do about it; empty for none.
-std::string_view Describe(ViewFault fault);
 
 class ViewWatch {
  public:

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/contract/tracking.h"
-#include "frontend/core/features/view_watch.h"
+#include "frontend/core/features/view_fault.h"
 #include "frontend/core/motion/dr_disagreement.h"
 #include "frontend/core/motion/scale_witness.h"
 

@@ -1,12 +1,15 @@
 #include "frontend/core/tracking/image_intake.h"
 
+#include <utility>
+#include <vector>
+
 #include "common/vision/scale_lengths.h"
 
 namespace gw::frontend {
 
 ImageIntake::ImageIntake(const FrontendConfig& config, const TrackerParts& parts)
-    : looks_for_fixed_(config.dr_weight.Departs(Departure::kLooksHealthy) &&
-                       DrPredicts(config.variant)),
+    : judges_depth_(config.dr_weight.Departs(Departure::kLooksHealthy)),
+      looks_for_fixed_(judges_depth_ && DrPredicts(config.variant)),
       motion_(parts.motion),
       cleaner_(parts.cleaner),
       map_(parts.map),
@@ -29,6 +32,19 @@ const FeatureFrame& ImageIntake::InMetres(const FeatureFrame& seen) {
   frame_in_metres_ = seen;
   ScaleLengths(map_->length_factor(), &frame_in_metres_.features);
   return frame_in_metres_;
+}
+
+void ImageIntake::JudgeDepth(const TrackedImage& image) {
+  if (!judges_depth_) return;
+  std::vector<DepthSync::Sight> sights;
+  const SE3 T_CW = image.found.estimate.T_WC.inverse();
+  for (size_t i = 0; i < image.found.landmarks.size(); ++i) {
+    const MapPoint* const at = map_->Find(image.found.landmarks[i]);
+    const double depth = at != nullptr ? (T_CW * at->p_W).z() / map_->length_factor() : 0;
+    const Feature& f = image.of_world->features[i];
+    if (depth > 0) sights.push_back({f.u, f.v, at->id, depth});
+  }
+  cleaner_->depth_sync().Observe(std::move(sights));
 }
 
 LengthFault ImageIntake::length_fault() const {

@@ -62,7 +62,7 @@ class Tracker::Impl {
         extractor_(std::move(extractor)),
         map_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         motion_(camera_, geometry.calibration.imu, config),
-        cleaner_(camera_, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
+        cleaner_(geometry, Pyramid(config.orb.scale_factor, config.orb.num_levels)),
         view_(camera_.width),
         place_(camera_, Departs(Departure::kRecovery)),
         track_(config),
@@ -83,7 +83,10 @@ class Tracker::Impl {
   bool has_map() const { return map_.known(); }
   DrConstantFault dr_fault() const { return motion_.dr_fault(); }
   LengthFault length_fault() const { return intake_.length_fault(); }
-  ViewFault view_fault() const { return view_.fault(); }
+  ViewFault view_fault() const {
+    const ViewFault of_depth = cleaner_.depth_fault();
+    return of_depth != ViewFault::kNone ? of_depth : view_.fault();
+  }
 
  private:
   bool Departs(Departure d) const { return config_.dr_weight.Departs(d); }
@@ -158,6 +161,7 @@ void Tracker::Impl::Accept(const TrackedImage& image, FramePose* report, ImageOu
                                          (correction.translation().norm() > kSnapTranslation ||
                                           LogSO3(correction.rotation()).norm() > kSnapRotation));
   ExpectWhatWasSeen(found);
+  intake_.JudgeDepth(image);
   track_.Take(found, *image.frame, map_);
   witnesses_.Learn(image.of_dr(), image.agreed, found);
   judge_.Forget();
@@ -214,6 +218,7 @@ void Tracker::Impl::FillPose(FramePose* report) const {
 
 TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
   TrackingReason problem = ProblemOf(extractor_.Extract(frame, &frame_));
+  cleaner_.depth_sync().Push(frame.utime, frame.depth);
   // While the robot turns, what an eye sees too late may well lie on the other side.
   const bool late = problem == TrackingReason::kEyesExchanged && cleaner_.eyes_apart();
   if (late) problem = TrackingReason::kNone;

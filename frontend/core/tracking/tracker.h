@@ -20,7 +20,7 @@
 #include "common/contract/tracking.h"
 #include "common/core/result.h"
 #include "frontend/core/features/feature_frame.h"
-#include "frontend/core/features/view_watch.h"
+#include "frontend/core/features/view_fault.h"
 #include "frontend/core/motion/dr_disagreement.h"
 #include "frontend/core/motion/scale_witness.h"
 

@@ -1,0 +1,94 @@
+#include "frontend/core/features/depth_sync.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "frontend/core/features/feature_depth.h"
+
+namespace gw::frontend {
+namespace {
+
+constexpr double kMemory = 10;  // s
+constexpr double kCertain = 3;
+// Disparities that change more unsteadily, in standard deviations, are those of an edge.
+constexpr double kUnsteady = 3;
+
+}  // namespace
+
+DepthSync::DepthSync(const CameraGeometry& geometry)
+    : camera_(geometry.rectified), source_(geometry.calibration.camera.left), lookup_(geometry) {}
+
+double DepthSync::DisparityAt(const ImageView& depth, double u, double v) const {
+  const Eigen::Vector2d at =
+      RectifiedToSource(camera_, source_, Eigen::Matrix3d::Identity(), {u, v});
+  return camera_.bf() / lookup_.At(depth, static_cast<float>(at.x()), static_cast<float>(at.y()));
+}
+
+void DepthSync::Push(Utime utime, const ImageView& depth) {
+  const bool usable = depth.data != nullptr && depth.format == PixelFormat::kDepth16 &&
+                      depth.width == camera_.width && depth.height == camera_.height;
+  if (usable && !depths_.Before(1).empty()) {
+    Judge(depth);
+    const double kept = std::exp(-std::abs((utime - utime_).seconds()) / kMemory);
+    sum_ *= kept;
+    squares_ *= kept * kept;
+    change_ *= kept;
+  }
+  sights_.clear();
+  utime_ = utime;
+  if (usable) {
+    depths_.Push(depth);
+  } else {
+    depths_.Clear();
+  }
+}
+
+void DepthSync::Judge(const ImageView& after) {
+  const double sigma_q = std::sqrt(1.5) * camera_.disparity_sigma_px;
+  double s = 0;
+  for (const Sight& sight : sights_) {
+    const double d = DisparityAt(depths_.Before(0), sight.u, sight.v);
+    const double d_before = DisparityAt(depths_.Before(1), sight.u, sight.v);
+    const double d_after = DisparityAt(after, sight.u, sight.v);
+    if (d <= 0 || d_before <= 0 || d_after <= 0) continue;
+    const double q = d - (d_before + d_after) / 2;
+    if (std::abs(q) > kUnsteady * sigma_q) continue;
+    const double e = d - camera_.bf() / sight.depth;
+    const double r = (d_after - d_before) / 2;
+    Track& track = tracks_[sight.landmark.value];
+    if (track.count > 0) {
+      const double weight = track.count / (track.count + 1);
+      s -= weight * (e - track.e) * (r - track.r);
+      change_ += weight * (r - track.r) * (r - track.r) - q * q / 3;
+    }
+    track.seen = utime_;
+    track.count += 1;
+    track.e += (e - track.e) / track.count;
+    track.r += (r - track.r) / track.count;
+  }
+  sum_ += s;
+  squares_ += s * s;
+  std::erase_if(tracks_, [&](const auto& entry) {
+    return std::abs((utime_ - entry.second.seen).seconds()) > kMemory;
+  });
+}
+
+double DepthSync::Lateness() const {
+  const bool certain = std::abs(sum_) > kCertain * std::sqrt(squares_) && change_ > 0;
+  return certain ? sum_ / change_ : 0;
+}
+
+void DepthSync::Correct(double lateness, std::vector<Feature>* features) const {
+  for (Feature& f : *features) {
+    if (!f.has_disparity()) continue;
+    const double d = static_cast<double>(f.u) - f.u_right;
+    const double d_before =
+        depths_.Before(1).empty() ? -1 : DisparityAt(depths_.Before(1), f.u, f.v);
+    const double now = d_before > 0 ? d + lateness * (d - d_before) : 0;
+    f.depth = f.u_right = -1;
+    if (now <= 0) continue;
+    SetDepth(camera_, static_cast<float>(camera_.bf() / now), static_cast<float>(now), &f);
+  }
+}
+
+}  // namespace gw::frontend

@@ -22,6 +22,10 @@ DepthLookup::DepthLookup(const CameraGeometry& geometry)
       min_m_(geometry.rectified.depth_min_m),
       noise_per_m_(geometry.rectified.disparity_sigma_px / geometry.rectified.bf()) {}
 
+bool DepthLookup::IsEdge(double near, double far, double pixels) const {
+  return far - near > near * (pixels * kSteepest + kCertainGap * noise_per_m_ * near);
+}
+
 float DepthLookup::At(const ImageView& depth, float u, float v) const {
   const int x = static_cast<int>(std::lround(u));
   const int y = static_cast<int>(std::lround(v));
@@ -34,8 +38,7 @@ float DepthLookup::At(const ImageView& depth, float u, float v) const {
   std::sort(pixels.begin(), pixels.end());
   auto p = std::upper_bound(pixels.begin(), pixels.end(), 0);
   const auto front = std::adjacent_find(p, pixels.end(), [this](int near, int far) {
-    const double z = unit_m_ * near;
-    return unit_m_ * (far - near) > z * (kSteepest + kCertainGap * noise_per_m_ * z);
+    return IsEdge(unit_m_ * near, unit_m_ * far, 1);
   });
   const auto behind = front == pixels.end() ? front : front + 1;
   const auto count = static_cast<int>(behind - p);

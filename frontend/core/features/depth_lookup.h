@@ -14,11 +14,13 @@ class DepthLookup {
   // where there is none: too few measured pixels, below depth_min_m, or the 3x3 pixels lie on an
   // edge without a clear front side.
   // A corner at a depth edge belongs to the surface in front (the one behind only ends there by
-  // occlusion), so the nearer pixels win if there are enough of them. An edge is a gap between
-  // their depths that neither a plane nor the noise of the sensor makes. Mean of the inverse
+  // occlusion), so the nearer pixels win if there are enough of them. Mean of the inverse
   // depths, which is what such a sensor measures.
   // Precondition: `depth` is kDepth16.
   float At(const ImageView& depth, float u, float v) const;
+
+  // Two depths, m, so many pixels apart, that neither a plane nor the noise of the sensor makes.
+  bool IsEdge(double near, double far, double pixels) const;
 
  private:
   double unit_m_, min_m_;

@@ -19,6 +19,7 @@ DepthSync::DepthSync(const CameraGeometry& geometry)
     : camera_(geometry.rectified), source_(geometry.calibration.camera.left), lookup_(geometry) {}
 
 double DepthSync::DisparityAt(const ImageView& depth, double u, double v) const {
+  if (depth.empty()) return -1;
   const Eigen::Vector2d at =
       RectifiedToSource(camera_, source_, Eigen::Matrix3d::Identity(), {u, v});
   return camera_.bf() / lookup_.At(depth, static_cast<float>(at.x()), static_cast<float>(at.y()));
@@ -78,15 +79,20 @@ double DepthSync::Lateness() const {
   return certain ? sum_ / change_ : 0;
 }
 
-void DepthSync::Correct(double lateness, std::vector<Feature>* features) const {
+void DepthSync::Correct(double lateness, const SE3& T_ab, std::vector<Feature>* features) const {
   for (Feature& f : *features) {
     if (!f.has_disparity()) continue;
     const double d = static_cast<double>(f.u) - f.u_right;
-    const double d_before =
-        depths_.Before(1).empty() ? -1 : DisparityAt(depths_.Before(1), f.u, f.v);
-    const double now = d_before > 0 ? d + lateness * (d - d_before) : 0;
+    const double d_before = DisparityAt(depths_.Before(1), f.u, f.v);
     f.depth = f.u_right = -1;
-    if (now <= 0) continue;
+    if (d_before <= 0) continue;
+    const double z = camera_.bf() / d;
+    const double z_before = camera_.bf() / d_before;
+    const Eigen::Vector3d p_a = T_ab * camera_.Unproject(f.u, f.v, z);
+    const double moved =
+        p_a.z() > 0 ? (camera_.Project(p_a) - Eigen::Vector2d(f.u, f.v)).norm() : 0;
+    const double now = d + lateness * (d - d_before);
+    if (now <= 0 || lookup_.IsEdge(std::min(z, z_before), std::max(z, z_before), moved)) continue;
     SetDepth(camera_, static_cast<float>(camera_.bf() / now), static_cast<float>(now), &f);
   }
 }

@@ -29,6 +29,7 @@
 #include "common/camera/camera_model.h"
 #include "common/core/ids.h"
 #include "common/core/image_view.h"
+#include "common/core/se3.h"
 #include "common/core/time.h"
 #include "frontend/core/features/depth_history.h"
 #include "frontend/core/features/depth_lookup.h"
@@ -58,8 +59,8 @@ class DepthSync {
   double Lateness() const;
 
   // The disparities of the newest image's features, if depth is late by so many images: they have
-  // gone on changing as they did.
-  void Correct(double lateness, std::vector<Feature>* features) const;
+  // gone on changing as they did. None at edges. T_ab: the camera's motion since the image before.
+  void Correct(double lateness, const SE3& T_ab, std::vector<Feature>* features) const;
 
  private:
   // What is known of a landmark's features.

@@ -40,6 +40,13 @@ class DepthSyncTest : public testing::Test {
     return kDistance / (std::cos(a) + x * std::sin(a));
   }
 
+  // Of the camera, since the image before.
+  SE3 Moved() const {
+    const double turn = AngleAt(images_) - AngleAt(images_ - 1);
+    return {Eigen::Quaterniond(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY())),
+            Eigen::Vector3d::Zero()};
+  }
+
   // Images whose depth is late by so many images, with landmarks wherever they were first seen.
   void Drive(int images, double late) {
     for (int k = 0; k < images; ++k) {
@@ -109,10 +116,22 @@ TEST_F(DepthSyncTest, BringsDisparitiesToTheMomentOfTheImage) {
   f.u_right = f.u - static_cast<float>(bf) / f.depth;
   const double wrong = std::abs(bf / f.depth - bf / DepthAt(f.u, images_));
   std::vector<Feature> features = {f};
-  sync_.Correct(1, &features);
+  sync_.Correct(1, Moved(), &features);
   ASSERT_TRUE(features[0].has_depth());
   EXPECT_LT(std::abs(bf / features[0].depth - bf / DepthAt(f.u, images_)), 0.5 * wrong);
   EXPECT_NEAR(f.u - features[0].u_right, bf / features[0].depth, 1e-3);
+}
+
+TEST_F(DepthSyncTest, WhatHasComeIntoViewHasNoDepth) {
+  Drive(3, 1);
+  Feature f;
+  f.u = 80;
+  f.v = 60;
+  f.depth = 1;  // somebody before the wall
+  f.u_right = f.u - static_cast<float>(geometry_.rectified.bf());
+  std::vector<Feature> features = {f};
+  sync_.Correct(1, Moved(), &features);
+  EXPECT_FALSE(features[0].has_disparity());
 }
 
 TEST_F(DepthSyncTest, WithoutDepthBeforeNoneIsBelieved) {
@@ -123,7 +142,7 @@ TEST_F(DepthSyncTest, WithoutDepthBeforeNoneIsBelieved) {
   f.depth = 3;
   f.u_right = 78;
   std::vector<Feature> features = {f};
-  sync_.Correct(1, &features);
+  sync_.Correct(1, Moved(), &features);
   EXPECT_FALSE(features[0].has_disparity());
 }
 

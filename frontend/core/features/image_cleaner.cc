@@ -38,7 +38,7 @@ const FeatureFrame* ImageCleaner::Correct(const FeatureFrame* of_world, const SE
   const double late = depth_sync_.Lateness();
   if (camera_.readout_s <= 0 && !depth_spoilt_ && late == 0) return of_world;
   corrected_ = *of_world;
-  if (late != 0) depth_sync_.Correct(late, &corrected_.features);
+  if (late != 0) depth_sync_.Correct(late, T_ab, &corrected_.features);
   if (camera_.readout_s > 0) {
     UndoRollingShutter(camera_, camera_.readout_s, T_ab.Log().tail<3>() / dt.seconds(),
                        &corrected_.features);

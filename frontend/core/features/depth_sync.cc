@@ -31,9 +31,8 @@ void DepthSync::Push(Utime utime, const ImageView& depth) {
   if (usable && !depths_.Before(1).empty()) {
     Judge(depth);
     const double kept = std::exp(-std::abs((utime - utime_).seconds()) / kMemory);
-    sum_ *= kept;
-    squares_ *= kept * kept;
-    change_ *= kept;
+    const double kept2 = kept * kept;
+    sums_ = {kept * sums_.s, kept * sums_.v, kept2 * sums_.ss, kept2 * sums_.sv, kept2 * sums_.vv};
   }
   sights_.clear();
   utime_ = utime;
@@ -46,7 +45,7 @@ void DepthSync::Push(Utime utime, const ImageView& depth) {
 
 void DepthSync::Judge(const ImageView& after) {
   const double sigma_q = std::sqrt(1.5) * camera_.disparity_sigma_px;
-  double s = 0;
+  double s = 0, v = 0;
   for (const Sight& sight : sights_) {
     const double d = DisparityAt(depths_.Before(0), sight.u, sight.v);
     const double d_before = DisparityAt(depths_.Before(1), sight.u, sight.v);
@@ -60,23 +59,27 @@ void DepthSync::Judge(const ImageView& after) {
     if (track.count > 0) {
       const double weight = track.count / (track.count + 1);
       s -= weight * (e - track.e) * (r - track.r);
-      change_ += weight * (r - track.r) * (r - track.r) - q * q / 3;
+      v += weight * (r - track.r) * (r - track.r) - q * q / 3;
     }
     track.seen = utime_;
     track.count += 1;
     track.e += (e - track.e) / track.count;
     track.r += (r - track.r) / track.count;
   }
-  sum_ += s;
-  squares_ += s * s;
+  sums_ = {sums_.s + s, sums_.v + v, sums_.ss + s * s, sums_.sv + s * v, sums_.vv + v * v};
   std::erase_if(tracks_, [&](const auto& entry) {
     return std::abs((utime_ - entry.second.seen).seconds()) > kMemory;
   });
 }
 
+bool DepthSync::IsBeyond(double images, int sign) const {
+  const double tau = sign * images;
+  const double squares = sums_.ss - 2 * tau * sums_.sv + tau * tau * sums_.vv;
+  return sums_.v > 0 && sign * (sums_.s - tau * sums_.v) > kCertain * std::sqrt(squares);
+}
+
 double DepthSync::Lateness() const {
-  const bool certain = std::abs(sum_) > kCertain * std::sqrt(squares_) && change_ > 0;
-  return certain ? sum_ / change_ : 0;
+  return IsLate(0) || IsEarly(0) ? sums_.s / sums_.v : 0;
 }
 
 void DepthSync::Correct(double lateness, const SE3& T_ab, std::vector<Feature>* features) const {

@@ -16,9 +16,9 @@
 //   q = d - (d_before + d_after) / 2,   variance of r's noise = E[ q^2 ] / 3
 //
 // The errors of an image and of those beside it are not independent. How certain tau is comes from
-// their products s, summed image by image: sum(s) / sqrt(sum(s^2)) is hardly ever above 3 where s
-// is positive and negative by chance (self-normalised sums). Where it is so by chance, tau is
-// small, and does little harm.
+// the sums of each image, s = -e r and v = r^2, tau = sum(s) / sum(v): if it were tau_0, then
+// sum(s - tau_0 v) / sqrt(sum((s - tau_0 v)^2)) would hardly ever be above 3 (self-normalised
+// sums). Where tau is certain by chance it is small, and does little harm.
 #pragma once
 
 #include <cstdint>
@@ -58,6 +58,10 @@ class DepthSync {
   // By how many images depth is late; negative: early; 0 also until it is certain.
   double Lateness() const;
 
+  // Late, or early, by more than so many images (>= 0), for certain.
+  bool IsLate(double images) const { return IsBeyond(images, 1); }
+  bool IsEarly(double images) const { return IsBeyond(images, -1); }
+
   // The disparities of the newest image's features, if depth is late by so many images: they have
   // gone on changing as they did. None at edges. T_ab: the camera's motion since the image before.
   void Correct(double lateness, const SE3& T_ab, std::vector<Feature>* features) const;
@@ -70,9 +74,15 @@ class DepthSync {
     double e = 0, r = 0;  // means, px
   };
 
+  struct Sums {
+    double s = 0, v = 0;
+    double ss = 0, sv = 0, vv = 0;  // of their products, image by image
+  };
+
   // Disparity that a depth image shows at a pixel of the rectified image; <= 0: none.
   double DisparityAt(const ImageView& depth, double u, double v) const;
   void Judge(const ImageView& after);
+  bool IsBeyond(double images, int sign) const;
 
   RectifiedCamera camera_;
   PinholeIntrinsics source_;  // of the images as they come
@@ -81,8 +91,7 @@ class DepthSync {
   Utime utime_;          // of that
   std::vector<Sight> sights_;
   std::unordered_map<int64_t, Track> tracks_;  // by LandmarkId::value
-  double sum_ = 0, squares_ = 0;               // of s, and of their squares
-  double change_ = 0;                          // sum of (r - mean)^2, without its noise
+  Sums sums_;
 };
 
 }  // namespace gw::frontend

@@ -94,6 +94,8 @@ TEST_F(DepthSyncTest, FindsByHowManyImagesDepthIsLateOrEarly) {
     sync_ = DepthSync(geometry_);
     Drive(60, late);
     EXPECT_NEAR(sync_.Lateness(), late, 0.15) << late;
+    EXPECT_EQ(sync_.IsLate(0.5), late == 1.0);
+    EXPECT_EQ(sync_.IsEarly(0.5), late == -1.0);
   }
 }
 

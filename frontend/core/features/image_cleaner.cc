@@ -1,7 +1,5 @@
 #include "frontend/core/features/image_cleaner.h"
 
-#include <cmath>
-
 #include "frontend/core/features/rolling_shutter.h"
 
 namespace gw::frontend {
@@ -28,9 +26,8 @@ void ImageCleaner::JudgeEyes(const FeatureFrame& seen, const SE3& T_ab, Duration
 }
 
 ViewFault ImageCleaner::depth_fault() const {
-  const double late = depth_sync_.Lateness();
-  if (std::abs(late) <= kHalfAnImage) return ViewFault::kNone;
-  return late > 0 ? ViewFault::kDepthLate : ViewFault::kDepthEarly;
+  if (depth_sync_.IsLate(kHalfAnImage)) return ViewFault::kDepthLate;
+  return depth_sync_.IsEarly(kHalfAnImage) ? ViewFault::kDepthEarly : ViewFault::kNone;
 }
 
 const FeatureFrame* ImageCleaner::Correct(const FeatureFrame* of_world, const SE3& T_ab,

@@ -60,6 +60,7 @@ void Explorer::BringMapUpToDate() {
     if (map_.InMap(cell.x(), cell.y())) map_.unknown[map_.index(cell.x(), cell.y())] = 0;
   }
   navigator_.SetMap(map_);
+  map_ = navigator_.map();
 }
 
 explore::UnseenFloor Explorer::Unseen() const {
@@ -117,6 +118,8 @@ void Explorer::Await(Output* out) {
 void Explorer::TakeEvent(Utime now, const Event& event, Output* out) {
   if (event.kind == EventKind::kFinished) return;  // one stop of many
   out->events.push_back(event);
+  // Other views, and other ways to them, may be nearer now.
+  if (event.kind == EventKind::kBumped) map_ = navigator_.map();
   const bool reached = event.kind == EventKind::kReached;
   if (!reached && event.kind != EventKind::kUnreachable) return;
   if (phase_ == Phase::kReturn || (phase_ == Phase::kLookAround && !reached)) {

@@ -100,7 +100,7 @@ class Explorer : public Driver {
   Utime images_to_;           // in the floor map that came last,
   bool watched_ = true;       // and this is done with it
   floorplan::FloorMap seen_;  // as GRID has it
-  floorplan::FloorMap map_;   // with what is taken for free
+  floorplan::FloorMap map_;   // with what is taken for free, and what it bumped into
   std::vector<Eigen::Vector2d> assumed_free_;
   explore::VainLooks vain_;
   std::vector<Eigen::Vector2d> barred_;

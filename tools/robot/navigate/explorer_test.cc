@@ -68,6 +68,24 @@ TEST(Explorer, LooksAgainAtWhatWasInViewWhileNothingWasAdded) {
   EXPECT_GT(SeenShare(RoomForTest(), kStart, drive), 0.98);
 }
 
+// In the middle of the opening stands a pillar of glass: with the room that was lost to it the
+// second room cannot be entered any more.
+TEST(Explorer, ChoosesViewsAndWaysWithWhatItTouched) {
+  FloorMap world = TwoRooms(14);
+  for (int y = 36; y < 38; ++y) world.occupied[world.index(36, y)] = 1;
+  TestExploration drive(world, kStart);
+  drive.invisible = [](const Eigen::Vector2d& p) {
+    return p.x() > 3.5 && p.x() < 3.8 && p.y() > 3.5 && p.y() < 3.9;
+  };
+  drive.RunUntil(600);
+  ASSERT_TRUE(drive.explorer.finished());
+  EXPECT_TRUE(drive.explorer.succeeded()) << drive.explorer.Summary();
+  EXPECT_GE(drive.Count(EventKind::kBumped), 1);
+  EXPECT_LE(drive.Count(EventKind::kBumped), 2);
+  EXPECT_EQ(drive.Count(EventKind::kBlocked), 0);
+  EXPECT_EQ(drive.Count(EventKind::kUnreachable), 0);
+}
+
 TEST(Explorer, SaysWhatIsLeftWhenItIsCutOff) {
   TestExploration drive(TwoRooms(8), kStart);
   drive.RunUntil(30);

@@ -14,7 +14,9 @@ using floorplan::FloorMap;
 using floorplan::Leg;
 using floorplan::Waypoint;
 
-constexpr double kArrivedM = 0.08;     // from the end of the leg
+constexpr double kArrivedM = 0.08;     // from the end of the leg, at most,
+constexpr double kNearestM = 0.02;     // and no nearer than it can steer;
+constexpr double kOfReach = 0.8;       // of what counts as reached: it rolls on a little
 constexpr double kAlignedRad = 0.05;   // to the stop's heading
 constexpr double kOffLegM = 0.5;       // the pose jumped, or something pushed: plan anew
 constexpr double kBackOffM = 0.25;     // after a contact,
@@ -300,7 +302,7 @@ void Navigator::TakeLeg(Leg leg, bool on_the_move, Output* out) {
 }
 
 void Navigator::Follow(Utime now, Output* out) {
-  if (pursuit_->DistanceToEnd(pose_->position) < kArrivedM) {
+  if (pursuit_->DistanceToEnd(pose_->position) < ArrivalRadius()) {
     phase_ = Phase::kAlign;
     return;
   }
@@ -322,6 +324,13 @@ void Navigator::Follow(Utime now, Output* out) {
   const double limit = SpeedLimit(now, free_way);
   out->speed = pursuit_->Update(pose_->position, pose_->yaw, limit / config_.max_speed_m_s);
   AvoidOnArc(&out->speed);
+}
+
+// How near to the end of the leg it has to come. A leg that ends beside the stop, because the robot
+// cannot stand there, leaves only the rest of what counts as reached.
+double Navigator::ArrivalRadius() const {
+  const double beside = (leg_.back() - stops_[stop_].given.position).norm();
+  return std::clamp(kOfReach * (config_.reach_m - beside), kNearestM, kArrivedM);
 }
 
 // Beside something near it turns on the spot before it drives on another leg: an arc would cut the

@@ -82,6 +82,8 @@ class Navigator : public Driver {
   PoseState pose_state() const override { return verdict_.state; }
   std::string waits_for() const override { return ""; }
 
+  // As it was given, with what it bumped into.
+  const floorplan::FloorMap& map() const { return map_; }
   int stop() const { return stop_; }  // where it is going
   int num_unreachable() const { return num_unreachable_; }
   bool held() const { return held_; }  // it stands, its pose is not good
@@ -110,6 +112,7 @@ class Navigator : public Driver {
   bool PlanAroundObstacles(Utime now, bool on_the_move, Output* out);
   void TakeLeg(floorplan::Leg leg, bool on_the_move, Output* out);
   void Follow(Utime now, Output* out);
+  double ArrivalRadius() const;
   std::optional<double> FreeWay() const;
   bool HasRoomForArc() const;
   void AvoidOnArc(floorplan::Speed* speed) const;

@@ -181,6 +181,17 @@ TEST(Navigator, AStopCloseToAWallIsVisitedFromAsNearAsTheRobotCanStand) {
   EXPECT_FALSE(drive.bumped());
 }
 
+TEST(Navigator, DrivesOnUntilAStopThatWasMovedFromAWallCountsAsReached) {
+  // It begins 0.22 m before the stop, 0.05 m before the nearest place where it can stand.
+  const std::vector<Waypoint> waypoints = {{{0.5, 2.45}, 0}, {{0.28, 2.45}, 0}};
+  auto navigator = Navigator::Create({}, RoomForTest(), waypoints, {1});
+  ASSERT_TRUE(navigator.ok()) << navigator.error().message;
+  TestDrive drive(*std::move(navigator), RoomForTest(), waypoints[0]);
+  drive.RunUntil(60);
+  EXPECT_EQ(drive.Count(EventKind::kReached), 1);
+  EXPECT_FALSE(drive.bumped());
+}
+
 // A room that is walled off at x = 4.5 m and whose upper right corner nobody has mapped.
 FloorMap PartlyKnownRoom() {
   FloorMap map = RoomForTest();

@@ -28,6 +28,10 @@ class TestExploration : public TestBase {
   std::function<bool(const Eigen::Vector2d& p)> blind = [](const Eigen::Vector2d&) {
     return false;
   };
+  // What of the world the robot does not see, as glass; it can touch it.
+  std::function<bool(const Eigen::Vector2d& p)> invisible = [](const Eigen::Vector2d&) {
+    return false;
+  };
   // Was the robot's centre ever where its map did not know the floor to be free?
   bool entered_unknown() const { return entered_unknown_; }
 
@@ -64,8 +68,9 @@ class TestExploration : public TestBase {
       double range = 0;
       bool hit = false;
       for (; !hit && range < sight_.max_range_m; range += 0.02) {
-        const Eigen::Vector2i cell = world().CellOf(base().position() + range * direction);
-        hit = world().Occupied(cell.x(), cell.y());
+        const Eigen::Vector2d p = base().position() + range * direction;
+        const Eigen::Vector2i cell = world().CellOf(p);
+        hit = world().Occupied(cell.x(), cell.y()) && !invisible(p);
       }
       const double free_to = range - (hit ? kSeam : 0);
       for (double r = sight_.min_range_m; r < free_to; r += 0.02) {

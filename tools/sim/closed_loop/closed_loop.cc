@@ -66,6 +66,7 @@ void ClosedLoop::TakeState(const DrState& state) {
     return;
   }
   const navigate::RobotPose on_map = navigate::OnMap(T_MW_, pose);
+  pose_ = on_map;
   driver_->Push(on_map);
   if (on_pose) on_pose(on_map);
 }
@@ -97,6 +98,8 @@ void ClosedLoop::SendGrid() {
 
 void ClosedLoop::TakeTruth(const GroundTruth& truth) {
   const navigate::RobotPose on_map = navigate::OnMap({truth.utime, truth.seq, T_MG_ * truth.T_GB});
+  truth_ = on_map;
+  if (options_.truth) pose_ = on_map;
   if (options_.truth) driver_->Push(on_map);
   if (options_.truth && on_pose) on_pose(on_map);
   if (on_truth) on_truth(on_map);
@@ -114,8 +117,16 @@ void ClosedLoop::Deliver(const Outgoing& message) {
   const auto wheel = wire::Decode<WheelSample>(message.message);
   if (!wheel) return;
   driver_->Sense(wheel->contact);
-  report_.contacts += wheel->contact.bumper && !pressed_ ? 1 : 0;
-  pressed_ = wheel->contact.bumper;
+  TakeContact(wheel->contact);
+}
+
+void ClosedLoop::TakeContact(const ContactFlags& contact) {
+  const bool begins = contact.bumper && !pressed_;
+  pressed_ = contact.bumper;
+  if (!begins) return;
+  const navigate::RobotPose truth = truth_.value_or(navigate::RobotPose{});
+  const double error = pose_ ? (pose_->position - truth.position).norm() : 0;
+  report_.contacts.push_back({sim_->seconds(), truth, error});
 }
 
 void ClosedLoop::Control() {

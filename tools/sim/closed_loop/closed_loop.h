@@ -31,11 +31,18 @@ struct ClosedLoopOptions {
   dr_ekf::GlideRates rates;
 };
 
+// The bumper began to be pressed. In the frame of the driver's map.
+struct Contact {
+  double seconds = 0;  // since the begin
+  navigate::RobotPose truth;
+  double pose_error_m = 0;  // of the pose that it drove on
+};
+
 // What a drive was like.
 struct DriveReport {
   double seconds = 0;
   int reached = 0, stops = 0;
-  int contacts = 0;  // times that the bumper began to be pressed
+  std::vector<Contact> contacts;
   int blocked = 0, held = 0;
   double way_m = 0;
   double blind_s = 0, blind_way_m = 0;  // while it moved, and saw no floor ahead
@@ -63,6 +70,7 @@ class ClosedLoop {
   std::function<void(const navigate::RobotPose&)> on_truth;
   std::function<void(const navigate::Event&)> on_event;
 
+  double seconds() const { return sim_->seconds(); }  // since the begin
   const DriveReport& report() const { return report_; }
   const PoseSteps& steps() const { return steps_; }
   const navigate::Driver& driver() const { return *driver_; }
@@ -81,6 +89,7 @@ class ClosedLoop {
   void TakeImage(const CameraFrame& frame, const FramePose& pose);
   void SendGrid();
   void TakeTruth(const GroundTruth& truth);
+  void TakeContact(const ContactFlags& contact);
   void Control();
 
   std::unique_ptr<Simulation> sim_;
@@ -96,7 +105,8 @@ class ClosedLoop {
   grid::RecentObstacles obstacles_;
   grid::GridMap grid_;
   int64_t grid_session_ = 1, grid_seq_ = 0;
-  std::optional<FramePose> frame_;  // of the image that was delivered last
+  std::optional<FramePose> frame_;                   // of the image that was delivered last
+  std::optional<navigate::RobotPose> pose_, truth_;  // newest that the driver got, and the truth
   std::optional<Eigen::Vector2d> last_position_;
   bool pressed_ = false;
   bool sees_ = true;

@@ -9,7 +9,8 @@
 namespace gw::sim {
 namespace {
 
-TEST(ClosedLoop, GoesAroundABoxOnItsOwnPoses) {
+// A drive of 3.5 m in the office, with a box in the middle of the way.
+Result<std::unique_ptr<ClosedLoop>> TowardsABox(bool obstacles) {
   const std::string map_path =
       std::string(GW_SOURCE_DIR) + "/config/scenarios/maps/office/map.yaml";
   auto scenario = ParseScenario(
@@ -20,20 +21,25 @@ TEST(ClosedLoop, GoesAroundABoxOnItsOwnPoses) {
       "world:\n"
       "  boxes: [[3.8, 1.9, 0, 0.38, 0.38, 0.5]]\n",
       "box.yaml");
-  ASSERT_TRUE(scenario.ok()) << scenario.error().message;
+  if (!scenario) return scenario.error();
   scenario->map = map_path;
   const auto map = floorplan::LoadFloorMap(map_path);
-  ASSERT_TRUE(map.ok());
+  if (!map) return map.error();
   auto sim = Simulation::Create(*scenario, *map, Drive::kExternal, {1'000'000'000}, 2);
-  ASSERT_TRUE(sim.ok()) << sim.error().message;
+  if (!sim) return sim.error();
   const RobotConfig config = (*sim)->robot_config();
   auto navigator = navigate::Navigator::Create(config.navigate, *map, scenario->waypoints, {1});
-  ASSERT_TRUE(navigator.ok());
+  if (!navigator) return navigator.error();
   ClosedLoopOptions options;
+  options.obstacles = obstacles;
   options.rates = {0.1, 0.087};
-  auto loop = ClosedLoop::Create(*std::move(sim), config, {},
-                                 std::make_unique<navigate::Navigator>(*std::move(navigator)),
-                                 SE3(), navigate::MapFromWorld(scenario->waypoints[0]), options);
+  return ClosedLoop::Create(*std::move(sim), config, {},
+                            std::make_unique<navigate::Navigator>(*std::move(navigator)), SE3(),
+                            navigate::MapFromWorld(scenario->waypoints[0]), options);
+}
+
+TEST(ClosedLoop, GoesAroundABoxOnItsOwnPoses) {
+  auto loop = TowardsABox(true);
   ASSERT_TRUE(loop.ok()) << loop.error().message;
   double widest = 0;  // m beside the straight way
   (*loop)->on_truth = [&](const navigate::RobotPose& truth) {
@@ -43,11 +49,24 @@ TEST(ClosedLoop, GoesAroundABoxOnItsOwnPoses) {
   };
   (*loop)->Run([](double) { return true; });
   EXPECT_EQ((*loop)->report().reached, 1);
-  EXPECT_EQ((*loop)->report().contacts, 0);
-  EXPECT_GT(widest, 0.19 + config.navigate.robot_radius_m);
+  EXPECT_TRUE((*loop)->report().contacts.empty());
+  EXPECT_GT(widest, 0.19 + NavigateConfig{}.robot_radius_m);
   // A wheel or IMU message every 5 ms at most: 0.5 mm; 10 ms where one is late.
   EXPECT_LE((*loop)->steps().published().m, 0.0011);
   EXPECT_EQ((*loop)->steps().not_covered(), 0);
+}
+
+TEST(ClosedLoop, SaysWhereItTouchedWhatItWasNotShown) {
+  auto loop = TowardsABox(false);
+  ASSERT_TRUE(loop.ok()) << loop.error().message;
+  (*loop)->Run([&](double) { return (*loop)->report().contacts.empty(); });
+  ASSERT_EQ((*loop)->report().contacts.size(), 1u);
+  const Contact& contact = (*loop)->report().contacts.front();
+  EXPECT_GT(contact.seconds, 3);
+  // Before the cells of 0.1 m that the box covers a part of.
+  EXPECT_NEAR(contact.truth.position.x(), 3.6 - NavigateConfig{}.robot_radius_m, 0.1);
+  EXPECT_NEAR(contact.truth.position.y(), 1.9, 0.2);
+  EXPECT_LT(contact.pose_error_m, 0.05);
 }
 
 }  // namespace

@@ -125,9 +125,17 @@ nlohmann::json Summary(const ClosedLoop& loop, const navigate::ClosedLoop& drive
   const PoseSteps& s = loop.steps();
   const double deg = 180 / std::numbers::pi;
   const auto speed = [](double way, double time) { return time > 0 ? way / time : 0.0; };
+  nlohmann::json contacts_at = nlohmann::json::array();
+  for (const Contact& contact : r.contacts) {
+    contacts_at.push_back({{"seconds", contact.seconds},
+                           {"x", contact.truth.position.x()},
+                           {"y", contact.truth.position.y()},
+                           {"pose_error_m", contact.pose_error_m}});
+  }
   return {{"stops", r.stops},
           {"reached", r.reached},
-          {"contacts", r.contacts},
+          {"contacts", r.contacts.size()},
+          {"contacts_at", contacts_at},
           {"blocked", r.blocked},
           {"held", r.held},
           {"finished", r.finished},
@@ -148,9 +156,9 @@ nlohmann::json Summary(const ClosedLoop& loop, const navigate::ClosedLoop& drive
           {"snaps", s.snaps()}};
 }
 
-void ShowEvent(const navigate::Event& event) {
+void ShowEvent(double seconds, const navigate::Event& event) {
   if (event.kind == navigate::EventKind::kLeg) return;
-  std::fprintf(stderr, "  stop %d %s %s at (%.2f, %.2f)\n", event.stop,
+  std::fprintf(stderr, "  %.1f s: stop %d %s %s at (%.2f, %.2f)\n", seconds, event.stop,
                navigate::EventName(event.kind), event.reason.c_str(), event.pose.position.x(),
                event.pose.position.y());
 }
@@ -204,7 +212,7 @@ Result<std::unique_ptr<ClosedLoop>> Drive(const Course& course, std::unique_ptr<
     truth.push_back({pose.utime, navigate::MapFromWorld({pose.position, pose.yaw})});
   };
   loop.on_event = [&](const navigate::Event& event) {
-    ShowEvent(event);
+    ShowEvent(loop.seconds(), event);
     if (event.kind == navigate::EventKind::kLeg) {
       record->AddLeg(event.stop, loop.driver().leg());
     } else if (event.kind == navigate::EventKind::kReached ||

@@ -53,13 +53,21 @@ void DepthSync::Judge(const ImageView& after) {
     if (d <= 0 || d_before <= 0 || d_after <= 0) continue;
     const double q = d - (d_before + d_after) / 2;
     if (std::abs(q) > kUnsteady * sigma_q) continue;
-    const double e = d - camera_.bf() / sight.depth;
-    const double r = (d_after - d_before) / 2;
     Track& track = tracks_[sight.landmark.value];
+    const double expected = camera_.bf() / sight.depth;
+    // A landmark that is at half or twice the distance by now is another question.
+    const double nearer = track.count > 0 ? expected / track.disparity : 0;
+    if (nearer < 0.5 || nearer > 2) {
+      track = Track();
+      track.disparity = expected;
+    }
+    const double k = (track.disparity / expected) * (track.disparity / expected);
+    const double e = k * (d - expected);
+    const double r = k * (d_after - d_before) / 2;
     if (track.count > 0) {
       const double weight = track.count / (track.count + 1);
       s -= weight * (e - track.e) * (r - track.r);
-      v += weight * (r - track.r) * (r - track.r) - q * q / 3;
+      v += weight * (r - track.r) * (r - track.r) - k * k * q * q / 3;
     }
     track.seen = utime_;
     track.count += 1;

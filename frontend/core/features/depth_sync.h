@@ -8,10 +8,12 @@
 //
 //   e = -tau r + c + noise,      r = (d_after - d_before) / 2
 //
-// with a constant c for each landmark, which was placed from depth that was as late. Least squares
-// over the last seconds, in which each landmark has means of its own (a panel with fixed effects),
-// leave tau. The noise of r is none of e's; it makes tau too small, and is measured by how
-// unsteadily disparities change, and taken out (errors in variables):
+// with a constant c for each landmark, which was placed from depth that was as late. Both count as
+// distances, multiplied by (d_0 / d)^2 with the landmark's disparity at first: an error of distance
+// stays as it is when the robot comes nearer, and so does r where it drives straight on. Least
+// squares over the last seconds, in which each landmark has means of its own (a panel with fixed
+// effects), leave tau. The noise of r is none of e's; it makes tau too small, and is measured by
+// how unsteadily disparities change, and taken out (errors in variables):
 //
 //   q = d - (d_before + d_after) / 2,   variance of r's noise = E[ q^2 ] / 3
 //
@@ -71,7 +73,8 @@ class DepthSync {
   struct Track {
     Utime seen;
     double count = 0;
-    double e = 0, r = 0;  // means, px
+    double disparity = 0;  // where it should be, at first, px
+    double e = 0, r = 0;   // means, px
   };
 
   struct Sums {

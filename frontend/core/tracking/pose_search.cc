@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
+#include <vector>
 
 #include "common/good_weights/vision_noise.h"
 #include "common/vision/same_place.h"
@@ -27,6 +29,7 @@ bool ExplainsMore(const FoundPose& a, const FoundPose& b) {
 PoseSearch::PoseSearch(const FrontendConfig& config, const RectifiedCamera& camera,
                        const TrackerParts& parts)
     : config_(config),
+      camera_(camera),
       motion_(parts.motion),
       cleaner_(parts.cleaner),
       map_(parts.map),
@@ -41,6 +44,23 @@ void PoseSearch::Show(const SE3& T_ab, TrackedImage* image) {
   finder_.SetImage(image->frame, static_cast<uint64_t>(image->utime.us));
 }
 
+// Landmarks of the image before count that are in view of the pose that was found as well as by
+// dead reckoning: what has left the view is no word against a pose.
+bool PoseSearch::IsFounded(const TrackedImage& image, const FoundPose& found) const {
+  const SE3 T_CW[] = {found.estimate.T_WC.inverse(), image.T_WC_predicted.inverse()};
+  std::vector<TrackedPoint> expected;
+  for (const TrackedPoint& point : track_->points) {
+    const MapPoint* const at = map_->Find(point.id);
+    if (at == nullptr) continue;
+    const bool in_view = std::all_of(std::begin(T_CW), std::end(T_CW), [&](const SE3& T) {
+      const Eigen::Vector3d p_C = T * at->p_W;
+      return p_C.z() > 0 && camera_.InImage(camera_.Project(p_C));
+    });
+    if (in_view) expected.push_back(point);
+  }
+  return witnesses_->Founded(found, expected);
+}
+
 // The pose at constant velocity, without dead reckoning, if it is founded, convincing, and has no
 // fewer inliers than `other`. Vision that carried the image before is then not overruled.
 std::optional<FoundPose> PoseSearch::FindAlone(TrackedImage* image, const FoundPose& other) {
@@ -51,8 +71,7 @@ std::optional<FoundPose> PoseSearch::FindAlone(TrackedImage* image, const FoundP
   prediction.search_cov = prediction.weight_cov = motion.weight_cov;
   FoundPose alone = finder_.Follow(prediction, track_->points, track_->reference, map_);
   const int fewest = std::max(Recovery::kConvincingInliers, other.estimate.num_inliers);
-  if (alone.found && alone.estimate.num_inliers >= fewest &&
-      witnesses_->Founded(alone, track_->points)) {
+  if (alone.found && alone.estimate.num_inliers >= fewest && IsFounded(*image, alone)) {
     alone.estimate.T_WC = HeldSteady(prediction.T_WC, motion.weight_cov, alone.estimate);
     return alone;
   }
@@ -86,7 +105,7 @@ FoundPose PoseSearch::Decide(const PosePrediction& prediction, TrackedImage* ima
   }
   if (auto alone = FindAlone(image, found)) return *alone;
   const bool refuted = witnesses_->Refuted(image->utime);
-  if (found.found && (refuted || !witnesses_->Founded(found, track_->points))) {
+  if (found.found && (refuted || !IsFounded(*image, found))) {
     if (!refuted) track_->Rewind(image->utime - StandingLandmarks::kProof, motion_);
     image->T_WC_before = track_->T_WC;
     image->T_WC_predicted = track_->T_WC * image->motion.T_ab;
@@ -128,7 +147,7 @@ FoundPose PoseSearch::Find(TrackedImage* image) {
     if (!image->agreed) return Decide(prediction, image, std::move(found));
     if (witnesses_->Stands(found)) witnesses_->Clear();
     // What is found around a wrong prediction agrees with it, be it little or a sudden motion.
-    const bool founded = witnesses_->Founded(found, track_->points);
+    const bool founded = IsFounded(*image, found);
     if (!founded || IsSudden(*image, found)) {
       const auto alone = FindAlone(image, found);
       if (alone && (!founded || ExplainsMore(*alone, found))) {

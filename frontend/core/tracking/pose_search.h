@@ -32,12 +32,14 @@ class PoseSearch {
   PosePrediction Prediction(const TrackedImage& image) const;
   FoundPose Find(TrackedImage* image);
   std::optional<FoundPose> FindAlone(TrackedImage* image, const FoundPose& other);
+  bool IsFounded(const TrackedImage& image, const FoundPose& found) const;
   bool IsSudden(const TrackedImage& image, const FoundPose& found) const;
   FoundPose Decide(const PosePrediction& prediction, TrackedImage* image, FoundPose found);
   FoundPose FindAnywhere(Utime utime);
   bool TakePlace(const PlaceWatch::Confirmed& confirmed, TrackedImage* image);
 
   FrontendConfig config_;
+  RectifiedCamera camera_;
   MotionModel* motion_;
   ImageCleaner* cleaner_;
   LocalMap* map_;

@@ -45,8 +45,8 @@ bool Witnesses::Contradict(const OfDr& dr, const FoundPose& found) const {
          Apart(before->T_WO * *T_OC, T_WC, (before->num_images + 1) * dr.cov + cov);
 }
 
-bool Witnesses::Founded(const FoundPose& found, const std::vector<TrackedPoint>& tracked) const {
-  const auto standing = std::count_if(tracked.begin(), tracked.end(),
+bool Witnesses::Founded(const FoundPose& found, const std::vector<TrackedPoint>& expected) const {
+  const auto standing = std::count_if(expected.begin(), expected.end(),
                                       [this](const auto& t) { return standing_.Knows(t.id); });
   const int again = standing_.Count(found.landmarks);
   const double odds =

@@ -44,8 +44,9 @@ class Witnesses {
   bool Contradict(const OfDr& dr, const FoundPose& found) const;
 
   // False for a pose by which chance, or something else than the world, explains better than the
-  // world which of the landmarks that stand still it finds again. tracked: of the image before.
-  bool Founded(const FoundPose& found, const std::vector<TrackedPoint>& tracked) const;
+  // world which of the landmarks that stand still it finds again. expected: landmarks of the image
+  // before that should be in view.
+  bool Founded(const FoundPose& found, const std::vector<TrackedPoint>& expected) const;
 
   // True when the image shows a landmark that is known to stand still.
   bool Stands(const FoundPose& found) const { return standing_.Count(found.landmarks) > 0; }

@@ -19,6 +19,7 @@ struct BaseConfig {
   double lag_s = 0.08;           // first order
   double max_wheel_accel = 1.2;  // m/s^2
   double radius_m = 0.1775;
+  double height_m = 0.42;  // of a TurtleBot2
   double track_m = 0.23;
   // What the odometry does not know. The first three are sizes: sign and exact value follow from
   // the seed, between 0.6 and 1.4 times the size.

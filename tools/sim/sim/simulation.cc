@@ -185,8 +185,9 @@ void Simulation::Build(const floorplan::FloorMap& map, const floorplan::Waypoint
                        const std::vector<Eigen::Vector2d>& keep_free) {
   const auto seed = static_cast<uint64_t>(scenario_.seed);
   world_ = std::make_unique<World>(map, scenario_.world, first.position, keep_free, seed);
-  distance_ = floorplan::DistanceToOccupied(world_->obstacles(), 2.0);
-  base_ = std::make_unique<Base>(scenario_.base, world_->obstacles(), distance_, seed);
+  contacts_ = world_->Contacts(scenario_.base.height_m);
+  distance_ = floorplan::DistanceToOccupied(contacts_, 2.0);
+  base_ = std::make_unique<Base>(scenario_.base, contacts_, distance_, seed);
   base_->Place(first.position, first.yaw);
   renderer_ = std::make_unique<Renderer>(*world_, scenario_.pinhole, &pool_);
   T_GB_ = floor_.BodyPose(first.position, first.yaw);

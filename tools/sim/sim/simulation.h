@@ -105,7 +105,8 @@ class Simulation {
   WorkerPool pool_;
   std::vector<floorplan::Waypoint> stops_;
   std::unique_ptr<World> world_;
-  std::vector<float> distance_;  // to the obstacles of world_
+  floorplan::FloorMap contacts_;  // what the robot touches of world_
+  std::vector<float> distance_;   // to that
   std::unique_ptr<Base> base_;
   std::unique_ptr<PathFollower> follower_;
   int legs_before_replan_ = 0;

@@ -57,6 +57,34 @@ Vector3d Flat(const Vector2d& p) {
   return {p.x(), p.y(), 0};
 }
 
+// The same map, of cells that are `parts` times smaller.
+floorplan::FloorMap Refined(const floorplan::FloorMap& map, int parts) {
+  floorplan::FloorMap out;
+  out.width = map.width * parts;
+  out.height = map.height * parts;
+  out.resolution = map.resolution / parts;
+  out.origin = map.origin;
+  out.occupied.reserve(static_cast<size_t>(out.width) * static_cast<size_t>(out.height));
+  for (int y = 0; y < out.height; ++y) {
+    for (int x = 0; x < out.width; ++x) {
+      out.occupied.push_back(map.occupied[map.index(x / parts, y / parts)]);
+    }
+  }
+  return out;
+}
+
+// Every cell that the box covers a part of.
+void MarkBox(const Box& box, floorplan::FloorMap* map) {
+  const Vector2d along(-box.axis.y(), box.axis.x());
+  const double step = map->resolution / 2;
+  for (double x = -box.half_width; x <= box.half_width; x += step) {
+    for (double y = -box.half_depth; y <= box.half_depth; y += step) {
+      const Eigen::Vector2i cell = map->CellOf(box.centre + along * x + box.axis * y);
+      if (map->InMap(cell.x(), cell.y())) map->occupied[map->index(cell.x(), cell.y())] = 1;
+    }
+  }
+}
+
 }  // namespace
 
 World::World(const floorplan::FloorMap& map, const WorldConfig& config,
@@ -295,19 +323,17 @@ bool World::AddFurniture(const Vector2d& at, const Vector2d& along, const Vector
              Material::kTrim, choice);
     }
   }
-  MarkObstacle(box);
+  MarkBox(box, &obstacles_);
   return true;
 }
 
-void World::MarkObstacle(const Box& box) {
-  const Vector2d along(-box.axis.y(), box.axis.x());
-  const double step = map_.resolution / 2;
-  for (double x = -box.half_width; x <= box.half_width; x += step) {
-    for (double y = -box.half_depth; y <= box.half_depth; y += step) {
-      const Eigen::Vector2i cell = map_.CellOf(box.centre + along * x + box.axis * y);
-      if (map_.InMap(cell.x(), cell.y())) obstacles_.occupied[map_.index(cell.x(), cell.y())] = 1;
-    }
+floorplan::FloorMap World::Contacts(double height_m) const {
+  const int parts = static_cast<int>(std::ceil(map_.resolution / kContactCell - 1e-9));
+  floorplan::FloorMap out = Refined(map_, parts);
+  for (const Box& box : boxes_) {
+    if (box.bottom < height_m) MarkBox(box, &out);
   }
+  return out;
 }
 
 void World::AddLooseBoxes() {
@@ -316,7 +342,7 @@ void World::AddLooseBoxes() {
                   loose.width / 2};
     CounterRng rng(seed_, kThingStream, KeyOf(loose.centre));
     AddBox(box, 0, loose.height, Material::kCardboard, Material::kCardboard, rng.Below(1u << 30));
-    MarkObstacle(box);
+    MarkBox(box, &obstacles_);
   }
 }
 
@@ -325,6 +351,8 @@ void World::AddBox(const Box& box, double bottom, double top, Material front, Ma
   const Vector2d out = box.axis;
   const Vector2d along(-out.y(), out.x());  // right, seen from outside
   const double height = top - bottom;
+  boxes_.push_back(box);
+  boxes_.back().bottom = bottom;
   const auto face = [&](const Vector2d& normal, double half_depth, double half_width,
                         Material material) {
     const Vector2d right(-normal.y(), normal.x());

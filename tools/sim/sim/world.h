@@ -68,6 +68,7 @@ struct Box {
   Eigen::Vector2d centre;
   Eigen::Vector2d axis;  // unit, along the depth
   double half_depth = 0, half_width = 0;
+  double bottom = 0;  // m above the floor
 };
 
 class World {
@@ -81,8 +82,13 @@ class World {
   const std::vector<Surface>& surfaces() const { return surfaces_; }
   const std::vector<float>& light() const { return light_; }
   const TextureLibrary& textures() const { return textures_; }
-  // The map with the furniture in it.
+  // The map with the furniture in it, each piece with all of the floor under it: where people would
+  // not send a robot.
   const floorplan::FloorMap& obstacles() const { return obstacles_; }
+  // What a robot so high (m) touches: the map, and what of the furniture stands lower. It passes
+  // under a desk, between its legs. In cells of kContactCell or a little less.
+  floorplan::FloorMap Contacts(double height_m) const;
+  static constexpr double kContactCell = 0.02;  // m: a leg is thinner than the map's cells
   double ceiling_m() const { return config_.ceiling_m; }
 
  private:
@@ -98,7 +104,6 @@ class World {
   void Decorate(const Eigen::Vector2d& a, const Eigen::Vector2d& b, uint64_t key);
   bool AddFurniture(const Eigen::Vector2d& at, const Eigen::Vector2d& along,
                     const Eigen::Vector2d& out, uint32_t choice, double width);
-  void MarkObstacle(const Box& box);
   void AddBox(const Box& box, double bottom, double top, Material front, Material side,
               uint32_t choice);
   Surface& AddRectangle(const Eigen::Vector3d& origin, const Eigen::Vector3d& u, double u_length,
@@ -122,6 +127,7 @@ class World {
   std::vector<float> clearance_;     // of the map, m
   std::vector<float> way_distance_;  // to keep_free, m
   std::vector<Surface> surfaces_;
+  std::vector<Box> boxes_;  // of furniture and loose ones
   std::vector<Lamp> lamps_;
   std::vector<float> light_;
 };

@@ -3,11 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "common/vision/reprojection.h"
+
 namespace gw {
 namespace {
 
 constexpr int kTrials = 300;
-constexpr double kMinDepth = 0.05;  // m
 
 // The rigid motion that takes three points of C to W (Umeyama 1991, no scale).
 SE3 Align(const PointPair& a, const PointPair& b, const PointPair& c) {
@@ -22,7 +23,7 @@ SE3 Align(const PointPair& a, const PointPair& b, const PointPair& c) {
 
 bool Agrees(const RectifiedCamera& camera, const SE3& T_CW, const PointPair& pair) {
   const Eigen::Vector3d p_C = T_CW * pair.p_W;
-  return p_C.z() > kMinDepth &&
+  return p_C.z() > kMinProjectionDepth &&
          (camera.Project(p_C) - pair.uv).squaredNorm() < pair.tolerance_px * pair.tolerance_px;
 }
 

@@ -18,8 +18,6 @@ constexpr double kLeastDiagonal = 1e-6;
 constexpr double kLeastGain = 1e-3;  // of the decrease that the linear model expects
 // Radius of the trust region: the damping is its inverse.
 constexpr double kFirstRadius = 1e4;
-constexpr double kLeastRadius = 1e-32;
-constexpr double kLargestRadius = 1e16;
 
 double Damped(double diagonal, double damping) {
   return diagonal + damping * std::max(diagonal, kLeastDiagonal);
@@ -337,7 +335,7 @@ WindowSolver::Summary WindowSolver::Solve(const Options& options) {
   double shrink = 2;
   bool moved = true;
   Save();
-  while (out.iterations < options.iterations && radius > kLeastRadius) {
+  while (out.iterations < options.iterations) {
     if (options.stop && options.stop()) {
       out.usable = false;
       return out;
@@ -359,7 +357,7 @@ WindowSolver::Summary WindowSolver::Solve(const Options& options) {
     if (moved) {
       cost = next_cost;
       Save();
-      radius = std::min(kLargestRadius, radius / std::max(1.0 / 3, 1 - std::pow(2 * gain - 1, 3)));
+      radius /= std::max(1.0 / 3, 1 - std::pow(2 * gain - 1, 3));
       shrink = 2;
     } else {
       Restore();

@@ -63,6 +63,15 @@ TEST(DrTrust, NoiseThatIsClaimedTooSmallIsScaledUp) {
   EXPECT_LT(shown.mean(), 8e-6);
 }
 
+TEST(DrTrust, ASingleWindowThatIsFarOffSaysLittleOfTheNoise) {
+  CounterRng rng(5, 6, 0);
+  DrTrust trust;
+  for (int i = 0; i < 60; ++i) trust.Judge(Window(rng));
+  trust.Judge(Window(rng, kSigma, 2));  // a slip of a second: 28 sigmas along the way
+  EXPECT_TRUE(trust.trusted());
+  EXPECT_LT(trust.Shown(Claimed()).Covariance().diagonal().maxCoeff(), 3e-6);
+}
+
 TEST(DrTrust, AContradictionThatLastsCostsTrustUntilItEnds) {
   CounterRng rng(2, 3, 0);
   DrTrust trust;

@@ -230,10 +230,11 @@ void Navigator::Drive(Utime now, Output* out) {
   }
 }
 
-// Dead reckoning is there, and a map is, but not where in it the robot stands: another view may
-// tell. A round robot can turn wherever it can stand.
+// Dead reckoning is there, and a map is, but not where in it the robot stands, or not how well:
+// another view may tell. A round robot can turn wherever it can stand.
 floorplan::Speed Navigator::LookForPlace(Utime now) {
-  if (!unplaced_ || contact_.wheel_drop || looked_ > kMostLook) return {};
+  const bool lost = unplaced_ || verdict_.state == PoseState::kUncertain;
+  if (!lost || contact_.wheel_drop || looked_ > kMostLook) return {};
   if ((now - held_since_).seconds() < kUnplacedS) return {};
   looked_ += kLookTurn / kRateHz;
   return {0, kLookTurn};

@@ -106,6 +106,25 @@ TEST(Navigator, LooksAroundForItsPlaceInTheMapTwiceAtMost) {
   EXPECT_NEAR(turned, 13, 0.2);
 }
 
+TEST(Navigator, LooksAroundWhereItsPlaceIsInDoubt) {
+  TestDrive drive = Drive({1});
+  double turned = 0;
+  Utime before;
+  drive.view = [&](const RobotPose& truth) {
+    RobotPose seen = truth;
+    // From 4 s on nothing that it sees is in its map, until it has turned by 2 rad.
+    const bool doubt = truth.utime > UtimeFromSeconds(4) && turned < 2;
+    if (doubt) turned += drive.command().w * (truth.utime - before).seconds();
+    before = truth.utime;
+    seen.sigma_m = doubt ? 10 : 0.01;
+    return seen;
+  };
+  drive.RunUntil(60);
+  EXPECT_GE(turned, 2);
+  EXPECT_EQ(drive.Count(EventKind::kResumed), 1);
+  EXPECT_EQ(drive.Count(EventKind::kReached), 1);
+}
+
 TEST(Navigator, PlansAnewWhenThePoseJumps) {
   TestDrive drive = Drive({1});
   // As if the map had been wrong by 0.8 m until t = 4 s.

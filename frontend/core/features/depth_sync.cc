@@ -93,17 +93,18 @@ double DepthSync::Lateness() const {
 void DepthSync::Correct(double lateness, const SE3& T_ab, std::vector<Feature>* features) const {
   for (Feature& f : *features) {
     if (!f.has_disparity()) continue;
-    const double d = static_cast<double>(f.u) - f.u_right;
+    const double told = static_cast<double>(f.u) - f.u_right;
+    const double d = DisparityAt(depths_.Before(0), f.u, f.v);
     const double d_before = DisparityAt(depths_.Before(1), f.u, f.v);
     f.depth = f.u_right = -1;
-    if (d_before <= 0) continue;
-    const double z = camera_.bf() / d;
-    const double z_before = camera_.bf() / d_before;
-    const Eigen::Vector3d p_a = T_ab * camera_.Unproject(f.u, f.v, z);
-    const double moved =
-        p_a.z() > 0 ? (camera_.Project(p_a) - Eigen::Vector2d(f.u, f.v)).norm() : 0;
-    const double now = d + lateness * (d - d_before);
-    if (now <= 0 || lookup_.IsEdge(std::min(z, z_before), std::max(z, z_before), moved)) continue;
+    if (d <= 0 || d_before <= 0) continue;
+    const Eigen::Vector3d p_a = T_ab * camera_.Unproject(f.u, f.v, camera_.bf() / told);
+    if (p_a.z() <= 0) continue;
+    const double moved = (camera_.Project(p_a) - Eigen::Vector2d(f.u, f.v)).norm();
+    const auto [far, near] = std::minmax(d, d_before);
+    if (lookup_.IsEdge(camera_.bf() / near, camera_.bf() / far, moved)) continue;
+    const double now = told * (1 + lateness * (1 - d_before / d));
+    if (now <= 0) continue;
     SetDepth(camera_, static_cast<float>(camera_.bf() / now), static_cast<float>(now), &f);
   }
 }

@@ -54,6 +54,8 @@ class DepthSync {
   // there is none.
   void Push(Utime utime, const ImageView& depth);
 
+  // There are depth images to be judged.
+  bool Asks() const { return !depths_.Before(1).empty(); }
   // What the newest image shows, when its pose is known.
   void Observe(std::vector<Sight> sights) { sights_ = std::move(sights); }
 
@@ -66,6 +68,7 @@ class DepthSync {
 
   // The disparities of the newest image's features, if depth is late by so many images: they have
   // gone on changing as they did. None at edges. T_ab: the camera's motion since the image before.
+  // Lengths of features and motion may both be corrected by a factor.
   void Correct(double lateness, const SE3& T_ab, std::vector<Feature>* features) const;
 
  private:

@@ -40,6 +40,12 @@ class DepthSyncTest : public testing::Test {
     return kDistance / (std::cos(a) + x * std::sin(a));
   }
 
+  void Push(const std::vector<uint16_t>& pixels) {
+    sync_.Push({static_cast<int64_t>(1e6 * images_ / kRate)},
+               {reinterpret_cast<const uint8_t*>(pixels.data()), kWidth, kHeight, 2 * kWidth,
+                PixelFormat::kDepth16});
+  }
+
   // Of the camera, since the image before.
   SE3 Moved() const {
     const double turn = AngleAt(images_) - AngleAt(images_ - 1);
@@ -59,9 +65,7 @@ class DepthSyncTest : public testing::Test {
           pixels.push_back(static_cast<uint16_t>(std::lround(z / kUnit)));
         }
       }
-      sync_.Push({static_cast<int64_t>(1e6 * images_ / kRate)},
-                 {reinterpret_cast<const uint8_t*>(pixels.data()), kWidth, kHeight, 2 * kWidth,
-                  PixelFormat::kDepth16});
+      Push(pixels);
       std::vector<DepthSync::Sight> sights;
       for (int64_t i = 0; i < 100; ++i) {
         // Landmark i lies on the wall, placed from depth as late as all.
@@ -124,8 +128,25 @@ TEST_F(DepthSyncTest, BringsDisparitiesToTheMomentOfTheImage) {
   EXPECT_NEAR(f.u - features[0].u_right, bf / features[0].depth, 1e-3);
 }
 
+TEST_F(DepthSyncTest, CorrectsLengthsThatAreScaledLikeTheSensors) {
+  Drive(3, 1);
+  std::vector<Feature> features(2);
+  for (Feature& f : features) {
+    f.u = 120;
+    f.v = 60;
+    f.depth = static_cast<float>(DepthAt(f.u, images_ - 1));
+  }
+  features[1].depth *= 1.2F;
+  for (Feature& f : features)
+    f.u_right = f.u - static_cast<float>(geometry_.rectified.bf()) / f.depth;
+  sync_.Correct(1, Moved(), &features);
+  EXPECT_NEAR(features[1].depth, 1.2F * features[0].depth, 1e-3);
+}
+
 TEST_F(DepthSyncTest, WhatHasComeIntoViewHasNoDepth) {
   Drive(3, 1);
+  ++images_;
+  Push(std::vector<uint16_t>(kWidth * kHeight, static_cast<uint16_t>(std::lround(1 / kUnit))));
   Feature f;
   f.u = 80;
   f.v = 60;

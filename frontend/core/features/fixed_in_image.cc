@@ -19,8 +19,8 @@ constexpr DurationUs kMaxMissing = Milliseconds(300);  // of a track: the emitte
 constexpr int kMaxDistance = 80;   // Hamming, from one image to the next: windows are small
 constexpr double kNearest = 0.05;  // m
 constexpr double kWindow = 3.0;    // px at level 0, around where it may be
-// A residual beyond five sigmas says that the hypothesis does not hold, and no more. More than twice
-// kDecisiveLogOdds, or no window could decide.
+// A residual beyond five sigmas says that the hypothesis does not hold, and no more. More than
+// twice kDecisiveLogOdds, or no window could decide.
 constexpr double kMaxChi2 = 25.0;
 constexpr double kMovedWay = 0.03;   // m, and
 constexpr double kMovedTurn = 0.02;  // rad: more than vision that stands still makes of noise

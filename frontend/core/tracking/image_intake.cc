@@ -35,7 +35,7 @@ const FeatureFrame& ImageIntake::InMetres(const FeatureFrame& seen) {
 }
 
 void ImageIntake::JudgeDepth(const TrackedImage& image) {
-  if (!judges_depth_) return;
+  if (!judges_depth_ || !cleaner_->depth_sync().Asks()) return;
   std::vector<DepthSync::Sight> sights;
   const SE3 T_CW = image.found.estimate.T_WC.inverse();
   for (size_t i = 0; i < image.found.landmarks.size(); ++i) {

@@ -16,11 +16,13 @@
 namespace gw::backend {
 namespace {
 
+constexpr int64_t kRest = 5;       // keyframes after a loop before the next is looked for
 constexpr int kStrongShared = 60;  // landmarks that make a covisibility edge of the graph
-// Keyframes before and after a loop's end that belong to its side: so many that the sides do not
-// touch. All that was mapped on the strength of a loop goes with it when it proves wrong.
+// Keyframes around a loop's end that belong to its side; fewer where the loop is short, so that
+// sides do not touch.
+constexpr int32_t kSideReach = 15;
 int32_t SideReach(int32_t older, int32_t newer) {
-  return (newer - older) / 3;
+  return std::min(kSideReach, (newer - older) / 3);
 }
 
 // Spread of the pose of a keyframe against its older neighbours together: their errors are mostly
@@ -137,6 +139,7 @@ LoopCloser::LoopCloser(const Map& map) {
 
 std::optional<Loop> LoopCloser::Detect(const Map& map, const MappingContext& context,
                                        KeyframeId at) {
+  if (at.value < rest_until_) return std::nullopt;
   return DetectLoop(map, context, places_, at, counters_);
 }
 
@@ -207,6 +210,7 @@ void LoopCloser::Settle(Map& map, const MappingContext& context, const LoopGraph
     loops_.back().matches.clear();
     if (!is_new) continue;
     ++counters_.closed;
+    rest_until_ = loop.newer.value + kRest;
     if (!InMap(map, loop)) continue;
     std::vector<std::pair<int32_t, LandmarkId>> matches;
     for (const auto& match : loop.matches) matches.emplace_back(match.feature, match.landmark);

@@ -46,7 +46,7 @@ class LoopCloser {
   void Forget(KeyframeId id) { places_.Erase(id); }
   const PlaceIndex& places() const { return places_; }
 
-  // Looks for a loop at a keyframe.
+  // Looks for a loop at a keyframe. Not again for a few keyframes after one was closed.
   std::optional<Loop> Detect(const Map& map, const MappingContext& context, KeyframeId at);
 
   // The pose graph of the map with all loops so far and the new one. Edges: strong covisibility and
@@ -63,6 +63,7 @@ class LoopCloser {
   PlaceIndex places_;
   std::vector<Loop> loops_;
   LoopCounters counters_;
+  int64_t rest_until_ = 0;  // keyframe id
 };
 
 }  // namespace gw::backend

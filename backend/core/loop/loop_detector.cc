@@ -1,6 +1,8 @@
 #include "backend/core/loop/loop_detector.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <set>
 
@@ -12,10 +14,11 @@ namespace {
 
 constexpr int kRecent = 10;           // keyframes just before it, or after, are no loop
 constexpr int kStrongNeighbour = 15;  // shared landmarks
-constexpr size_t kMaxCandidates = 3;
-constexpr double kMinScore = 0.03;  // photographs of other places reach 0.11 (ADR 6): no gate,
-constexpr int kMinMatches = 20;     // only what is worth a geometric check
-constexpr int kAgree = 2;           // of the kWitnesses keyframes before must share the fit
+constexpr size_t kMaxByLook = 3;      // candidates from place recognition
+constexpr size_t kMaxByDr = 2;        // candidates from dead reckoning
+constexpr double kMinScore = 0.03;    // photographs of other places reach 0.11 (ADR 6): no gate,
+constexpr int kMinMatches = 20;       // only what is worth a geometric check
+constexpr int kAgree = 2;             // of the kWitnesses keyframes before must share the fit
 constexpr int kWitnesses = 4;
 constexpr double kAgreeTranslation = 0.25;  // m
 constexpr double kAgreeRotation = 4.0 * std::numbers::pi / 180.0;
@@ -37,17 +40,49 @@ std::set<KeyframeId> Related(const Map& map, KeyframeId at) {
   return out;
 }
 
-// The places that look most like it.
-std::vector<KeyframeId> Candidates(const Map& map, const PlaceIndex& places,
-                                   const MapKeyframe& from, const std::set<KeyframeId>& related) {
-  std::vector<KeyframeId> out;
+void AddByLook(const Map& map, const PlaceIndex& places, const MapKeyframe& from,
+               const std::set<KeyframeId>& related, std::vector<KeyframeId>& out) {
   for (const PlaceScore& place : places.Query(from.frame.descriptors)) {
-    if (out.size() == kMaxCandidates || place.score < kMinScore) break;
+    if (out.size() == kMaxByLook || place.score < kMinScore) break;
     if (place.num_matches < kMinMatches || related.contains(place.keyframe)) continue;
     if (place.keyframe > from.frame.id || map.PieceOf(place.keyframe) != from.frame.piece) continue;
     if (!IsOneOf(map, out, place.keyframe)) out.push_back(place.keyframe);
   }
-  return out;
+}
+
+// The nearest keyframes that look the same way and lie within three sigma of the drift of dead
+// reckoning since then.
+void AddByDr(const Map& map, const MappingContext& context, const MapKeyframe& from,
+             const std::set<KeyframeId>& related, std::vector<KeyframeId>& out) {
+  constexpr double kReach = 0.5;  // m: sights overlap that far even without drift
+  const double cos_view = std::cos(std::numbers::pi / 6);
+  const Eigen::Vector3d view_W = from.frame.T_WC.rotation() * Eigen::Vector3d::UnitZ();
+  std::vector<std::pair<double, KeyframeId>> near;
+  Matrix6d cov = Matrix6d::Zero();
+  const MapKeyframe* at = &from;
+  while (at->frame.dr) {
+    const MapKeyframe* before = map.FindKeyframe(at->frame.previous);
+    if (before == nullptr) break;
+    const DrMotion motion = CameraMotion(*at->frame.dr, context.camera.T_BC, context.dr_weight);
+    const Matrix6d adj = (at->frame.T_WC.inverse() * from.frame.T_WC).inverse().Adjoint();
+    cov += adj * motion.cov * adj.transpose();
+    at = before;
+    if (related.contains(at->frame.id) || at->num_observations == 0) continue;
+    const SE3 T_ab = at->frame.T_WC.inverse() * from.frame.T_WC;
+    const double distance = T_ab.translation().norm();
+    const double sigma = std::sqrt(cov.topLeftCorner<3, 3>().trace());
+    if (distance > kReach + 3 * sigma) continue;
+    if (view_W.dot(at->frame.T_WC.rotation() * Eigen::Vector3d::UnitZ()) < cos_view) continue;
+    near.push_back({distance, at->frame.id});
+  }
+  std::sort(near.begin(), near.end());
+  size_t taken = 0;
+  for (const auto& [distance, id] : near) {
+    if (taken == kMaxByDr) break;
+    if (IsOneOf(map, out, id)) continue;
+    out.push_back(id);
+    ++taken;
+  }
 }
 
 // How many of the keyframes before it fit the group with the same correction of the map.
@@ -102,9 +137,12 @@ std::optional<Loop> DetectLoop(const Map& map, const MappingContext& context,
   if (from == nullptr) return std::nullopt;
   const std::set<KeyframeId> related = Related(map, at);
   if (related.size() == map.keyframes().size()) return std::nullopt;
+  std::vector<KeyframeId> candidates;
+  AddByLook(map, places, *from, related, candidates);
   const bool use_dr =
       DrInLocalBa(context.variant) && context.dr_weight.Departs(Departure::kLoopTest);
-  for (const KeyframeId candidate : Candidates(map, places, *from, related)) {
+  if (use_dr) AddByDr(map, context, *from, related, candidates);
+  for (const KeyframeId candidate : candidates) {
     ++counters.candidates;
     std::vector<KeyframeId> group = PlaceGroup(map, candidate);
     std::erase_if(group, [&](KeyframeId id) { return related.contains(id); });

@@ -1,8 +1,8 @@
 // Has a keyframe, as a rule the newest, been taken where the robot was before, without the map
 // knowing it?
 //
-//   candidates that look alike -> geometric fit -> the keyframes just before agree ->
-//   dead reckoning does not contradict
+//   candidates (look alike, or near within the drift of dead reckoning) -> geometric fit -> the
+//   keyframes just before agree -> dead reckoning does not contradict
 #pragma once
 
 #include <cstdint>

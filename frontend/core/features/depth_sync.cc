@@ -75,6 +75,8 @@ void DepthSync::Judge(const ImageView& after) {
     track.r += (r - track.r) / track.count;
   }
   sums_ = {sums_.s + s, sums_.v + v, sums_.ss + s * s, sums_.sv + s * v, sums_.vv + v * v};
+  if (std::abs((utime_ - cleaned_).seconds()) < kMemory) return;
+  cleaned_ = utime_;
   std::erase_if(tracks_, [&](const auto& entry) {
     return std::abs((utime_ - entry.second.seen).seconds()) > kMemory;
   });

@@ -97,6 +97,7 @@ class DepthSync {
   Utime utime_;          // of that
   std::vector<Sight> sights_;
   std::unordered_map<int64_t, Track> tracks_;  // by LandmarkId::value
+  Utime cleaned_;                              // of those that were not seen for long
   Sums sums_;
 };
 

@@ -4,21 +4,12 @@
 
 #include <vector>
 
+#include "frontend/core/features/test_camera.h"
+
 namespace gw::frontend {
 namespace {
 
 constexpr int kSide = 16;
-
-CameraGeometry Geometry() {
-  Calibration c;
-  c.camera.width = kSide;
-  c.camera.height = kSide;
-  c.camera.left = {.fx = 500, .fy = 500, .cx = 8, .cy = 8, .radtan = {}};
-  c.camera.depth_unit_m = 0.001;
-  c.camera.depth_min_m = 0.3;
-  c.camera.depth_max_m = 8;
-  return MakeCameraGeometry(c).value();
-}
 
 class DepthLookupTest : public testing::Test {
  protected:
@@ -34,7 +25,7 @@ class DepthLookupTest : public testing::Test {
                       u, v);
   }
   std::vector<uint16_t> pixels_ = std::vector<uint16_t>(kSide * kSide, 0);
-  DepthLookup lookup_{Geometry()};
+  DepthLookup lookup_{MakeCameraGeometry(TestDepthCalibration(kSide, kSide, 500)).value()};
 };
 
 TEST_F(DepthLookupTest, IsTheMeanOnASmoothSurface) {

@@ -26,8 +26,7 @@ double DepthSync::DisparityAt(const ImageView& depth, double u, double v) const 
 }
 
 void DepthSync::Push(Utime utime, const ImageView& depth) {
-  const bool usable = depth.data != nullptr && depth.format == PixelFormat::kDepth16 &&
-                      depth.width == camera_.width && depth.height == camera_.height;
+  const bool usable = camera_.has_depth_image() && !depth.empty();
   if (usable && !depths_.Before(1).empty()) {
     Judge(depth);
     const double kept = std::exp(-std::abs((utime - utime_).seconds()) / kMemory);

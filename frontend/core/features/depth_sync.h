@@ -50,8 +50,8 @@ class DepthSync {
 
   explicit DepthSync(const CameraGeometry& geometry);
 
-  // The depth image of every image, before the pose of that is sought; of another size or format:
-  // there is none.
+  // The depth image of every image, before the pose of that is sought; empty where its features got
+  // no depth from it.
   void Push(Utime utime, const ImageView& depth);
 
   // There are depth images to be judged.

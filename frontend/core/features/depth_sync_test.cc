@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/random.h"
+#include "frontend/core/features/test_camera.h"
 
 namespace gw::frontend {
 namespace {
@@ -16,15 +17,10 @@ constexpr double kUnit = 1e-4;  // m
 constexpr double kDistance = 3;
 
 CameraGeometry Geometry() {
-  Calibration c;
-  c.camera.width = kWidth;
-  c.camera.height = kHeight;
-  c.camera.left = {.fx = 96, .fy = 96, .cx = 80, .cy = 60, .radtan = {}};
+  Calibration c = TestDepthCalibration(kWidth, kHeight, 96);
   c.camera.depth_unit_m = kUnit;
   c.camera.depth_baseline_m = 0.05;
   c.camera.disparity_sigma_px = 0.02;
-  c.camera.depth_min_m = 0.3;
-  c.camera.depth_max_m = 8;
   return MakeCameraGeometry(c).value();
 }
 

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include "common/camera/camera_model.h"
 #include "common/core/se3.h"

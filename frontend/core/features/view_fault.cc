@@ -15,12 +15,12 @@ std::string_view Describe(ViewFault fault) {
       return "what moves to the right of the image is lost there: is the lens covered or dirty?";
     case ViewFault::kDepthLate:
       return "depth images are late: of the moment before that of the grey ones that they come "
-             "with, which is measured and "
-             "corrected: check the camera's synchronisation, and how driver or bag pair images";
+             "with, which is measured and corrected: check the camera's synchronisation, and how "
+             "driver or bag pair images";
     case ViewFault::kDepthEarly:
       return "depth images are early: of the moment after that of the grey ones that they come "
-             "with, which is measured and "
-             "corrected: check the camera's synchronisation, and how driver or bag pair images";
+             "with, which is measured and corrected: check the camera's synchronisation, and how "
+             "driver or bag pair images";
   }
   return "";
 }

@@ -158,6 +158,15 @@ const MapPoint* LocalMap::Find(LandmarkId id) const {
   return points_.Find(id.value);
 }
 
+std::optional<Eigen::Vector2d> LocalMap::PixelOf(LandmarkId id, const SE3& T_CW) const {
+  const MapPoint* const point = Find(id);
+  if (point == nullptr) return std::nullopt;
+  const Eigen::Vector3d p_C = T_CW * point->p_W;
+  if (p_C.z() <= 0) return std::nullopt;
+  const Eigen::Vector2d uv = camera_.Project(p_C);
+  return camera_.InImage(uv) ? std::optional(uv) : std::nullopt;
+}
+
 int LocalMap::NumLandmarks(KeyframeId id) const {
   const auto keyframe = keyframes_.find(id);
   if (keyframe == keyframes_.end()) return 0;

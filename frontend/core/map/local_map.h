@@ -64,6 +64,8 @@ class LocalMap {
   }
 
   const MapPoint* Find(LandmarkId id) const;
+  // Where a camera at inv(T_CW) has the landmark, px; empty: out of view, or not there any more.
+  std::optional<Eigen::Vector2d> PixelOf(LandmarkId id, const SE3& T_CW) const;
   // Landmarks that the keyframe sees; 0 when it is not there.
   int NumLandmarks(KeyframeId id) const;
   std::optional<SE3> KeyframePose(KeyframeId id) const;

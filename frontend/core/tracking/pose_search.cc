@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -29,7 +28,6 @@ bool ExplainsMore(const FoundPose& a, const FoundPose& b) {
 PoseSearch::PoseSearch(const FrontendConfig& config, const RectifiedCamera& camera,
                        const TrackerParts& parts)
     : config_(config),
-      camera_(camera),
       motion_(parts.motion),
       cleaner_(parts.cleaner),
       map_(parts.map),
@@ -47,16 +45,12 @@ void PoseSearch::Show(const SE3& T_ab, TrackedImage* image) {
 // Landmarks of the image before count that are in view of the pose that was found as well as by
 // dead reckoning: what has left the view is no word against a pose.
 bool PoseSearch::IsFounded(const TrackedImage& image, const FoundPose& found) const {
-  const SE3 T_CW[] = {found.estimate.T_WC.inverse(), image.T_WC_predicted.inverse()};
+  const SE3 T_CW = found.estimate.T_WC.inverse();
+  const SE3 T_CW_dr = image.T_WC_predicted.inverse();
   std::vector<TrackedPoint> expected;
   for (const TrackedPoint& point : track_->points) {
-    const MapPoint* const at = map_->Find(point.id);
-    if (at == nullptr) continue;
-    const bool in_view = std::all_of(std::begin(T_CW), std::end(T_CW), [&](const SE3& T) {
-      const Eigen::Vector3d p_C = T * at->p_W;
-      return p_C.z() > 0 && camera_.InImage(camera_.Project(p_C));
-    });
-    if (in_view) expected.push_back(point);
+    if (map_->PixelOf(point.id, T_CW) && map_->PixelOf(point.id, T_CW_dr))
+      expected.push_back(point);
   }
   return witnesses_->Founded(found, expected);
 }

@@ -39,7 +39,6 @@ class PoseSearch {
   bool TakePlace(const PlaceWatch::Confirmed& confirmed, TrackedImage* image);
 
   FrontendConfig config_;
-  RectifiedCamera camera_;
   MotionModel* motion_;
   ImageCleaner* cleaner_;
   LocalMap* map_;

@@ -135,12 +135,8 @@ void Tracker::Impl::ExpectWhatWasSeen(const FoundPose& found) {
   std::sort(again.begin(), again.end());
   const SE3 T_CW = found.estimate.T_WC.inverse();
   for (const TrackedPoint& point : track_.points) {
-    const MapPoint* const at = map_.Find(point.id);
-    const Eigen::Vector3d p_C = at != nullptr ? T_CW * at->p_W : Eigen::Vector3d::Zero();
-    if (p_C.z() <= 0) continue;
-    const Eigen::Vector2d uv = camera_.Project(p_C);
-    if (!camera_.InImage(uv)) continue;
-    view_.Expect(uv.x(), std::binary_search(again.begin(), again.end(), point.id));
+    const auto uv = map_.PixelOf(point.id, T_CW);
+    if (uv) view_.Expect(uv->x(), std::binary_search(again.begin(), again.end(), point.id));
   }
 }
 
@@ -217,8 +213,10 @@ void Tracker::Impl::FillPose(FramePose* report) const {
 }
 
 TrackerOutput Tracker::Impl::Push(const CameraFrame& frame) {
-  TrackingReason problem = ProblemOf(extractor_.Extract(frame, &frame_));
-  cleaner_.depth_sync().Push(frame.utime, frame.depth);
+  const FeatureExtractor::Outcome outcome = extractor_.Extract(frame, &frame_);
+  const bool complete = outcome == FeatureExtractor::Outcome::kOk;
+  cleaner_.depth_sync().Push(frame.utime, complete ? frame.depth : ImageView());
+  TrackingReason problem = ProblemOf(outcome);
   // While the robot turns, what an eye sees too late may well lie on the other side.
   const bool late = problem == TrackingReason::kEyesExchanged && cleaner_.eyes_apart();
   if (late) problem = TrackingReason::kNone;

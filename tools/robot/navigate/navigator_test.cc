@@ -190,25 +190,24 @@ TEST(Navigator, StandsWhileItIsLifted) {
   EXPECT_EQ(drive.Count(EventKind::kReached), 1);
 }
 
-TEST(Navigator, AStopCloseToAWallIsVisitedFromAsNearAsTheRobotCanStand) {
-  const std::vector<Waypoint> waypoints = {{{1.0, 1.0}, 0}, {{0.31, 2.5}, 3.14}};
+// Drives from `begin` to a stop that is nearer to a wall than the robot can stand.
+void VisitBesideAWall(const Waypoint& begin, const Waypoint& stop) {
+  const std::vector<Waypoint> waypoints = {begin, stop};
   auto navigator = Navigator::Create({}, RoomForTest(), waypoints, {1});
   ASSERT_TRUE(navigator.ok()) << navigator.error().message;
-  TestDrive drive(*std::move(navigator), RoomForTest(), waypoints[0]);
+  TestDrive drive(*std::move(navigator), RoomForTest(), begin);
   drive.RunUntil(60);
   EXPECT_EQ(drive.Count(EventKind::kReached), 1);
   EXPECT_FALSE(drive.bumped());
 }
 
+TEST(Navigator, AStopCloseToAWallIsVisitedFromAsNearAsTheRobotCanStand) {
+  VisitBesideAWall({{1.0, 1.0}, 0}, {{0.31, 2.5}, 3.14});
+}
+
 TEST(Navigator, DrivesOnUntilAStopThatWasMovedFromAWallCountsAsReached) {
   // It begins 0.22 m before the stop, 0.05 m before the nearest place where it can stand.
-  const std::vector<Waypoint> waypoints = {{{0.5, 2.45}, 0}, {{0.28, 2.45}, 0}};
-  auto navigator = Navigator::Create({}, RoomForTest(), waypoints, {1});
-  ASSERT_TRUE(navigator.ok()) << navigator.error().message;
-  TestDrive drive(*std::move(navigator), RoomForTest(), waypoints[0]);
-  drive.RunUntil(60);
-  EXPECT_EQ(drive.Count(EventKind::kReached), 1);
-  EXPECT_FALSE(drive.bumped());
+  VisitBesideAWall({{0.5, 2.45}, 0}, {{0.28, 2.45}, 0});
 }
 
 // A room that is walled off at x = 4.5 m and whose upper right corner nobody has mapped.

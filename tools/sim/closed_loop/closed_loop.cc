@@ -65,10 +65,13 @@ void ClosedLoop::TakeState(const DrState& state) {
     driver_->Push(std::nullopt);
     return;
   }
-  const navigate::RobotPose on_map = navigate::OnMap(T_MW_, pose);
-  pose_ = on_map;
-  driver_->Push(on_map);
-  if (on_pose) on_pose(on_map);
+  TellPose(navigate::OnMap(T_MW_, pose));
+}
+
+void ClosedLoop::TellPose(const navigate::RobotPose& pose) {
+  pose_ = pose;
+  driver_->Push(pose);
+  if (on_pose) on_pose(pose);
 }
 
 void ClosedLoop::TakeImage(const CameraFrame& frame, const FramePose& pose) {
@@ -99,9 +102,7 @@ void ClosedLoop::SendGrid() {
 void ClosedLoop::TakeTruth(const GroundTruth& truth) {
   const navigate::RobotPose on_map = navigate::OnMap({truth.utime, truth.seq, T_MG_ * truth.T_GB});
   truth_ = on_map;
-  if (options_.truth) pose_ = on_map;
-  if (options_.truth) driver_->Push(on_map);
-  if (options_.truth && on_pose) on_pose(on_map);
+  if (options_.truth) TellPose(on_map);
   if (on_truth) on_truth(on_map);
 }
 

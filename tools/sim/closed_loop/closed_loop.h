@@ -89,6 +89,7 @@ class ClosedLoop {
   void TakeImage(const CameraFrame& frame, const FramePose& pose);
   void SendGrid();
   void TakeTruth(const GroundTruth& truth);
+  void TellPose(const navigate::RobotPose& pose);
   void TakeContact(const ContactFlags& contact);
   void Control();
 

@@ -11,7 +11,7 @@ namespace gw {
 // image's landmarks are not independent of each other: they were placed from few views, most of all
 // along the optical axis. Below one where many landmarks at the image's rim over-determine the
 // angle. Measured on simulated drives in stereo, of which the test drives are others
-// (docs/results.md, consistency).
+// (docs/results-paper.md, consistency).
 Vector6d VisionInflation();
 
 // cov with each axis scaled by VisionInflation.

@@ -24,7 +24,7 @@ inline constexpr double kMostYawScale = 4.0;
 // Diameters of the left and the right wheel differ by this share of one (Borenstein and Feng,
 // Measurement and correction of systematic odometry errors in mobile robots, 1996): a turn in
 // proportion to the way, which divides it by the track. What nine real bases show, 0.3 deg/m, is
-// this at a track of 0.4 m (docs/results.md, 2026-11-29).
+// this at a track of 0.4 m (docs/adr/0061-what-steady-driving-tells.md).
 inline constexpr double kUnequalWheels = 0.002;
 // An error in proportion to the way is published as one of the turn rate, at the speed of the last
 // so many seconds: at the speed of each sample it would look like a new error with each change.

@@ -39,7 +39,8 @@ TEST(WheelScale, NoiseOfSteadyDrivingDoesNotPullIt) {
   }
   std::printf("normalised error of the scale: mean %.2f, mean square %.2f\n", sum / kRuns,
               sum_of_squares / kRuns);
-  // Three deviations of the mean of so many; it was -0.95 (docs/results.md, 2026-11-29).
+  // Three deviations of the mean of so many; it was -0.95
+  // (docs/adr/0061-what-steady-driving-tells.md).
   EXPECT_LT(std::abs(sum / kRuns), 3 / std::sqrt(kRuns));
   EXPECT_LT(sum_of_squares / kRuns, 2);
 }

@@ -77,7 +77,7 @@ Result<Done> SetCamera(const TumOptions& options, Recording& recording) {
   }
   camera.left = *preset;
   // Kinect v1's colour camera has a rolling shutter. Measured: of readouts from 0 to 33 ms, 22 to
-  // 26 ms give the smallest trajectory error on fr1_rpy (docs/results.md).
+  // 26 ms give the smallest trajectory error on fr1_rpy (docs/adr/0005-rolling-shutter.md).
   if (name != "fr3") camera.readout_s = 0.026;
   recording.notes.emplace_back("camera", "preset " + name);
   return Done{};

@@ -26,7 +26,7 @@ constexpr int kVisionTurn = kGyroBias + 1, kVisionWay = kGyroBias + 2, kVisionUp
 // Standard deviations of these three before the drive, which cannot tell them from the scales of
 // the sensors and the camera's pitch. A thousandth is what a good calibration leaves of the focal
 // length, which scales turns and ways, and it is what twenty drives show of all three
-// (docs/results.md, "Robots: bags, calibration, health"). Directions are off up and down alone: the
+// (docs/results.md, "Calibration of a drive"). Directions are off up and down alone: the
 // floor is below the camera and the walls are above, whereas left and right take turns.
 constexpr double kVisionSigma = 1e-3;
 constexpr int kKinds = 7;  // of residuals

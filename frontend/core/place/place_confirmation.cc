@@ -26,7 +26,7 @@ bool PlaceConfirmation::Contradicts(const PlaceEvidence& now) const {
   if (!doubts_ || !now.placed || now.relocalised || now.num_detected < kRich || !now.T_OC)
     return false;
   if (now.num_inliers >= kByChance) return false;
-  if (now.other_view) return true;
+  if (now.view == ViewVerdict::kOther) return true;
   return good_ && now.num_inliers < kCollapse * good_->num_inliers &&
          InARow(now.utime - good_->utime, good_->T_OC->inverse() * *now.T_OC);
 }
@@ -43,6 +43,9 @@ bool PlaceConfirmation::Observe(const PlaceEvidence& now) {
   on_probation_ = (on_probation_ || now.relocalised) && !well_tracked;
   if ((well_tracked || (vision && on_probation_)) && now.num_detected >= kRich && now.T_OC) {
     good_ = now;
+    followed_ = !on_probation_;
+  } else if (!well_tracked) {
+    followed_ = followed_ && now.view == ViewVerdict::kSame && now.dr_trusted;
   }
   const bool patient = !doubts_ || (last_vision_ && now.utime - *last_vision_ < kPatience);
   unsure_ = now.map_there && !vision && (!now.placed || in_doubt() || !patient);

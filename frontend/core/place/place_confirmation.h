@@ -18,6 +18,7 @@
 #include "common/contract/place.h"
 #include "common/core/se3.h"
 #include "common/core/time.h"
+#include "frontend/core/place/view_change.h"
 
 namespace gw::frontend {
 
@@ -29,8 +30,9 @@ struct PlaceEvidence {
   int num_inliers = 0;       // of the pose that vision found; 0: vision does not carry the pose
   bool relocalised = false;  // from a confirmed place
   int num_detected = 0;      // features of the image
-  bool other_view = false;   // it shows nothing of the image before: ViewChange
-  std::optional<SE3> T_OC;   // camera in the odometry frame; empty without dead reckoning
+  ViewVerdict view = ViewVerdict::kUnknown;  // what it shows of the image before
+  bool dr_trusted = true;                    // vision does not contradict dead reckoning
+  std::optional<SE3> T_OC;  // camera in the odometry frame; empty without dead reckoning
 };
 
 class PlaceConfirmation {
@@ -58,6 +60,11 @@ class PlaceConfirmation {
 
   // Vision contradicts the pose: see above.
   bool in_doubt() const { return in_doubt_; }
+  // Every image since vision was good shows the scene of the image before, where dead reckoning
+  // says, which nothing contradicts: the robot was not carried away.
+  bool followed() const { return followed_; }
+  // It is where dead reckoning says.
+  void EndDoubt() { in_doubt_ = false; }
 
   // An answer, with the odometry's pose of the camera at its image. What it is told to believe is
   // the pose in the map of the odometry frame: T_WC = T_WO * T_OC. Ignored while the tracker is
@@ -83,6 +90,7 @@ class PlaceConfirmation {
   std::optional<Utime> last_asked_;
   std::optional<Utime> last_vision_;
   std::optional<PlaceEvidence> good_;  // newest rich image whose vision may not break
+  bool followed_ = false;              // since then
   std::deque<Hint> hints_;
 };
 

@@ -64,7 +64,7 @@ TEST(PlaceConfirmation, AnotherViewMeansDoubtAlsoWithoutVisionBefore) {
   for (int i = 0; i < 60; ++i) place.Observe(Image(i, i < 30, i < 30 ? 600 : 5));
   EXPECT_FALSE(place.in_doubt());
   PlaceEvidence e = Image(60, false);
-  e.other_view = true;
+  e.view = ViewVerdict::kOther;
   place.Observe(e);
   EXPECT_TRUE(place.in_doubt());
   place.Observe(Image(61, false));
@@ -75,7 +75,7 @@ TEST(PlaceConfirmation, AnotherViewWeighsMoreThanAFewMatches) {
   PlaceConfirmation place;
   for (int i = 0; i < 30; ++i) place.Observe(Image(i, true));
   PlaceEvidence e = Image(30, true);
-  e.other_view = true;
+  e.view = ViewVerdict::kOther;
   EXPECT_FALSE(place.Contradicts(e));  // 150 inliers
   e.num_inliers = 18;
   EXPECT_TRUE(place.Contradicts(e));
@@ -128,6 +128,26 @@ TEST(PlaceConfirmation, InliersThatCollapseAreABreak) {
   EXPECT_TRUE(place.in_doubt());
 }
 
+// Whether the robot was followed by its images, from good vision on, is known image by image.
+TEST(PlaceConfirmation, ARobotIsFollowedWhileEachImageShowsTheOneBefore) {
+  const auto followed = [](ViewVerdict second, bool dr_trusted) {
+    PlaceConfirmation place;
+    CarryAway(place, 30);
+    for (int i = 30; i < 40; ++i) {
+      PlaceEvidence e = Image(i, false);
+      e.view = i == 31 ? second : ViewVerdict::kSame;
+      e.dr_trusted = dr_trusted;
+      place.Observe(e);
+      EXPECT_TRUE(place.in_doubt());
+    }
+    return place.followed();
+  };
+  EXPECT_TRUE(followed(ViewVerdict::kSame, true));
+  EXPECT_FALSE(followed(ViewVerdict::kUnknown, true));
+  EXPECT_FALSE(followed(ViewVerdict::kOther, true));
+  EXPECT_FALSE(followed(ViewVerdict::kSame, false));
+}
+
 TEST(PlaceConfirmation, AFewImagesBetweenGoodVisionAndNoneHideNothing) {
   PlaceConfirmation place;
   CarryAway(place, 30);
@@ -148,8 +168,11 @@ TEST(PlaceConfirmation, ARelocalisationThatDoesNotHoldIsDoubted) {
   place.Observe(Weak(41, 20));
   place.Observe(Weak(42, 14));
   EXPECT_FALSE(place.in_doubt());
-  place.Observe(Image(43, false));
+  PlaceEvidence lost = Image(43, false);
+  lost.view = ViewVerdict::kSame;
+  place.Observe(lost);
   EXPECT_TRUE(place.in_doubt());
+  EXPECT_FALSE(place.followed()) << "the images fit each other at any place";
   // Once it was well tracked it is a place like any other, where weak vision may fade.
   snap.utime = {50 * kPeriodUs};
   snap.T_OC = Odometry(50);

@@ -4,23 +4,28 @@ namespace gw::frontend {
 
 void PlaceWatch::CompareViews(const FeatureFrame& frame, const std::optional<SE3>& T_OC,
                               bool weak) {
-  other_view_ = weak && view_.Changed(frame, T_OC);
+  newest_ = weak ? view_.Compare(frame, T_OC) : ViewVerdict::kUnknown;
   view_.Remember(frame, T_OC);
 }
 
 bool PlaceWatch::Contradicts(PlaceEvidence evidence) const {
-  evidence.other_view = other_view_;
+  evidence.view = newest_;
   return place_.Contradicts(evidence);
 }
 
 PlaceWatch::Verdict PlaceWatch::Observe(PlaceEvidence evidence, const FeatureFrame& frame,
                                         bool known) {
-  evidence.other_view = other_view_;
+  evidence.view = newest_;
   Verdict verdict;
   verdict.ask = place_.Observe(evidence);
   verdict.sure = known && !place_.in_doubt();
   const bool lost = !verdict.sure && evidence.map_there;
   verdict.map_on = piece_start_.Observe(evidence.utime, !lost, frame, evidence.T_OC);
+  if (verdict.map_on && known && place_.followed()) {
+    place_.EndDoubt();
+    verdict.map_on = false;
+    verdict.sure = true;
+  }
   return verdict;
 }
 

@@ -21,13 +21,13 @@ class PlaceWatch {
   PlaceWatch(const RectifiedCamera& camera, bool doubts)
       : camera_(camera), doubts_(doubts), place_(doubts), view_(camera), piece_start_(camera) {}
 
-  // After the search for the pose of an image, before it is judged: does the image show another
-  // scene than the one before? T_OC: its camera in the odometry frame. weak: only few inliers, or
-  // none, answer the question already.
+  // After the search for the pose of an image, before it is judged: does the image show the scene
+  // of the one before? T_OC: its camera in the odometry frame. weak: only few inliers, or none,
+  // answer the question already.
   void CompareViews(const FeatureFrame& frame, const std::optional<SE3>& T_OC, bool weak);
 
-  // True when the pose that vision found for the newest image is contradicted. other_view of the
-  // evidence is filled in here.
+  // True when the pose that vision found for the newest image is contradicted. view of the evidence
+  // is filled in here.
   bool Contradicts(PlaceEvidence evidence) const;
 
   // After the pose of the newest image is decided. known: the tracker has a pose in the frame that
@@ -64,7 +64,7 @@ class PlaceWatch {
   PlaceConfirmation place_;
   ViewChange view_;
   PieceStart piece_start_;
-  bool other_view_ = false;  // the newest image shows nothing of the one before
+  ViewVerdict newest_ = ViewVerdict::kUnknown;  // what the newest image shows of the one before
   std::optional<Confirmed> confirmed_;
 };
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "frontend/core/features/test_camera.h"
+#include "frontend/core/place/test_view.h"
 
 namespace gw::frontend {
 namespace {
@@ -78,6 +79,38 @@ TEST_F(PlaceWatchTest, APieceThatIsBegunIsAKnownPlace) {
   CarryAway();
   watch_.BeginPiece();
   EXPECT_FALSE(watch_.in_doubt());
+}
+
+// A robot whose vision breaks after 30 images, while it drives on at 0.3 m/s; its images are of
+// scene 1, then of `scene`. True: the doubt ends. False: a piece of the map is to be begun.
+bool DoubtEnds(uint64_t scene) {
+  PlaceWatch watch(TestCamera(6), true);
+  for (int i = 0; i < 300; ++i) {
+    const bool broken = i >= 30;
+    const SE3 T_OC(Eigen::Quaterniond::Identity(), {0, 0, 0.01 * i});
+    const FeatureFrame frame = SeeScene(broken ? scene : 1, T_OC, i);
+    watch.CompareViews(frame, T_OC, broken);
+    PlaceEvidence e;
+    e.utime = {i * 33'333};
+    e.placed = e.map_there = true;
+    e.num_inliers = broken ? 0 : 150;
+    e.num_detected = 600;
+    e.T_OC = T_OC;
+    const PlaceWatch::Verdict verdict = watch.Observe(e, frame, true);
+    EXPECT_TRUE(!broken || watch.in_doubt() || verdict.sure);
+    if (verdict.map_on || (broken && verdict.sure)) {
+      EXPECT_GT(i, 30 + 90) << "not before the patience ends";
+      EXPECT_NE(verdict.map_on, verdict.sure);
+      return verdict.sure;
+    }
+  }
+  ADD_FAILURE() << "neither";
+  return false;
+}
+
+TEST(PlaceWatch, ADoubtEndsWhereTheImagesFollowedTheRobot) {
+  EXPECT_TRUE(DoubtEnds(1));
+  EXPECT_FALSE(DoubtEnds(2)) << "carried away";
 }
 
 }  // namespace

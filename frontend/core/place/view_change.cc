@@ -10,8 +10,8 @@ namespace gw::frontend {
 namespace {
 
 // Measured: 0.47 and more from image to image (TUM fr1_rpy turning fast by hand; easy_office,
-// blank_corridor, look_alike), 0.16 while the lens is being covered, 0.007 when carried away
-// (kidnap).
+// blank_corridor, look_alike), 0.16 while the lens is being covered, and after that, while the
+// exposure settles; 0.007 when carried away (kidnap).
 constexpr double kFewSeenAgain = 0.08;
 constexpr float kWindow = 40;        // px about where a feature is expected
 constexpr int kSameFeature = 50;     // of 256 bits
@@ -52,19 +52,22 @@ SeenAgain CountSeenAgain(const RectifiedCamera& camera, const FeatureFrame& befo
   return out;
 }
 
-bool ViewChange::Changed(const FeatureFrame& frame, const std::optional<SE3>& T_OC) const {
-  if (!before_ || !T_OC || !IsRich(frame)) return false;
-  return ShowsNothingOf(*before_, frame, *T_OC) &&
-         (!before_that_ || ShowsNothingOf(*before_that_, frame, *T_OC));
+ViewVerdict ViewChange::Compare(const FeatureFrame& frame, const std::optional<SE3>& T_OC) const {
+  if (!before_ || !T_OC || !IsRich(frame)) return ViewVerdict::kUnknown;
+  const ViewVerdict last = Compare(*before_, frame, *T_OC);
+  if (last != ViewVerdict::kOther || !before_that_) return last;
+  return Compare(*before_that_, frame, *T_OC);
 }
 
-bool ViewChange::ShowsNothingOf(const Image& before, const FeatureFrame& frame,
+ViewVerdict ViewChange::Compare(const Image& before, const FeatureFrame& frame,
                                 const SE3& T_OC) const {
   const SeenAgain again =
       CountSeenAgain(camera_, before.frame, frame, T_OC.inverse() * before.T_OC);
   const auto all = static_cast<double>(before.frame.features.size());
-  return again.in_view > kEnoughInCommon * all && again.expected >= PlaceConfirmation::kByChance &&
-         again.share() < kFewSeenAgain;
+  if (again.in_view <= kEnoughInCommon * all || again.expected < PlaceConfirmation::kByChance) {
+    return ViewVerdict::kUnknown;
+  }
+  return again.share() < kFewSeenAgain ? ViewVerdict::kOther : ViewVerdict::kSame;
 }
 
 void ViewChange::Remember(const FeatureFrame& frame, const std::optional<SE3>& T_OC) {

@@ -1,6 +1,6 @@
-// Tells by their features alone whether two images in a row show the same scene: it needs no map,
-// so it also notices that the robot was carried away where dead reckoning leads and nothing is
-// mapped.
+// Tells by their features alone whether images in a row show the same scene: it needs no map, so it
+// also notices that the robot was carried away where dead reckoning leads and nothing is mapped,
+// and that it was not where vision breaks for another reason.
 #pragma once
 
 #include <optional>
@@ -21,15 +21,22 @@ struct SeenAgain {
 SeenAgain CountSeenAgain(const RectifiedCamera& camera, const FeatureFrame& before,
                          const FeatureFrame& frame, const SE3& T_CbCa);
 
+// What an image shows of the images before.
+enum class ViewVerdict {
+  kUnknown,  // they have too little in common by dead reckoning, or are not rich
+  kSame,     // more of the scene before, where dead reckoning says, than another scene would
+  kOther,    // nothing of the two before
+};
+
 class ViewChange {
  public:
   explicit ViewChange(const RectifiedCamera& camera) : camera_(camera) {}
 
-  // True when this image shows nothing of the two images before, although all are rich and should
-  // share much of their view by dead reckoning, however long ago they were taken. (Two: an infrared
-  // projector that blinks with every second image makes each unlike the one before.) T_OC: its
-  // camera in the odometry frame; empty without dead reckoning.
-  bool Changed(const FeatureFrame& frame, const std::optional<SE3>& T_OC) const;
+  // Images are compared where all are rich and should share much of their view by dead reckoning,
+  // however long ago they were taken. (Two before: an infrared projector that blinks with every
+  // second image makes each unlike the one before.) T_OC: camera of this image in the odometry
+  // frame; empty without dead reckoning.
+  ViewVerdict Compare(const FeatureFrame& frame, const std::optional<SE3>& T_OC) const;
 
   // After every image.
   void Remember(const FeatureFrame& frame, const std::optional<SE3>& T_OC);
@@ -39,7 +46,7 @@ class ViewChange {
     FeatureFrame frame;
     SE3 T_OC;
   };
-  bool ShowsNothingOf(const Image& before, const FeatureFrame& frame, const SE3& T_OC) const;
+  ViewVerdict Compare(const Image& before, const FeatureFrame& frame, const SE3& T_OC) const;
 
   RectifiedCamera camera_;
   std::optional<Image> before_, before_that_;  // rich, with dead reckoning

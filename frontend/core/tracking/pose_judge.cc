@@ -50,6 +50,7 @@ PlaceEvidence PoseJudge::Evidence(const TrackedImage& image, bool placed, int nu
   e.relocalised = image.snapped;
   e.num_detected = image.of_world->num_detected;
   e.T_OC = motion_->OdometryPose(image.utime);
+  e.dr_trusted = motion_->dr_trusted();
   return e;
 }
 

@@ -276,12 +276,12 @@ TrackedImage Tracker::Impl::Predict(Utime utime) {
   return image;
 }
 
-// Finds out whether the image shows another scene than the one before. Many inliers answer the
-// question; else the images are compared.
+// Finds out whether the image shows the scene of the one before. Many inliers answer the question;
+// else the images are compared.
 void Tracker::Impl::CompareViews(const TrackedImage& image) {
   const std::optional<SE3> T_OC = motion_.OdometryPose(image.utime);
   const bool weak = track_.vision_broken() || !image.found.found ||
-                    image.found.estimate.num_inliers < PlaceConfirmation::kByChance;
+                    image.found.estimate.num_inliers < PlaceConfirmation::kWellTracked;
   place_.CompareViews(*image.frame, T_OC, weak);
 }
 

@@ -82,6 +82,12 @@ struct Pose {
   int64_t dr_seq = 0;
   uint32_t dr_reset_counter = 0;
   uint32_t reset_counter = 0;  // moves on when T_WB is not continuous with the pose before
+
+  // A position that is less certain than this (1 sigma, m) claims no place in the map.
+  static constexpr double kClaimSigma = 1.0;
+  bool ClaimsPlace() const {
+    return cov_T_WB.diagonal().head<3>().maxCoeff() < kClaimSigma * kClaimSigma;
+  }
 };
 
 }  // namespace gw

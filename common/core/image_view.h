@@ -24,6 +24,11 @@ struct ImageView {
   PixelFormat format = PixelFormat::kNone;
 
   bool empty() const { return data == nullptr; }
+  // There are pixels, and they are of this kind and size.
+  bool Is(PixelFormat of_format, int of_width, int of_height) const {
+    return data != nullptr && format == of_format && width == of_width && height == of_height &&
+           stride >= width * BytesPerPixel(format);
+  }
 };
 
 }  // namespace gw

@@ -8,7 +8,7 @@ namespace gw {
 // A thousand to one decides.
 inline const double kDecisiveLogOdds = std::log(1000.0);
 
-// Of a count, k hits in n trials: p against q, the probabilities of a hit; both in (0, 1),
+// Log-odds of the probability p of a hit against q, by k hits in n trials; p, q in (0, 1),
 // 0 <= k <= n.
 inline double LogOdds(double k, double n, double p, double q) {
   return k * std::log(p / q) + (n - k) * std::log((1 - p) / (1 - q));

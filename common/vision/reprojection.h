@@ -51,9 +51,9 @@ inline PixelObservation PixelOf(const Feature& f, const Pyramid& pyramid) {
   return {.u = f.u, .v = f.v, .inverse_sigma = 1.0 / pyramid.Scale(f.level)};
 }
 
-// Of a landmark that stands at the depth z (m) before the camera. Whether its disparity counts is
-// decided by that depth, not by the one that was measured: near the end of the range only those
-// would count that came out too large.
+// The observation of a landmark at the depth z (m). That depth decides whether its disparity
+// counts, not the one that was measured: near the end of the range only those would count that
+// came out too large.
 inline PixelObservation ObservationOf(const Feature& f, const RectifiedCamera& camera,
                                       const Pyramid& pyramid, double z) {
   PixelObservation o = PixelOf(f, pyramid);

@@ -14,12 +14,12 @@ inline Eigen::Vector3d ScaleAround(const Eigen::Vector3d& center, double factor,
   return center + factor * (p - center);
 }
 
-// Of a pose, its way.
+// The pose with its translation scaled.
 inline SE3 ScaleLength(double factor, const SE3& T) {
   return SE3(T.rotation(), factor * T.translation());
 }
 
-// As if the baseline, or the unit of depth, had been `factor` (> 0) times as large.
+// The features as they were if baseline, or unit of depth, had been `factor` (> 0) as large.
 inline void ScaleLengths(double factor, std::vector<Feature>* features) {
   const auto by = static_cast<float>(factor);
   for (Feature& f : *features) {

@@ -95,7 +95,7 @@ class DrFilter {
 
   DrFilter(const DrEkfConfig& config, const Calibration& calibration);
 
-  // Whether to go on with a sample of (begin, utime]; restarts after a confirmed jump ahead.
+  // True: go on with a sample of (begin, utime]. Restarts after a confirmed jump ahead.
   bool CheckTime(Utime begin, Utime utime, std::optional<Utime>& suspect);
   void Restart(Utime utime);
   void GoOnWithoutImu(Utime utime);
@@ -117,7 +117,7 @@ class DrFilter {
   // Puts the event in order; returns its index, or none when an equal one is there.
   std::optional<size_t> Insert(Event event);
   void ReplayFrom(size_t index);
-  // Of one entry, for a state of this model; false: it began anew.
+  // The state after one entry, for a model of the states; false: it began anew.
   static bool Step(const DrModel& model, const Event& event, const FilterState& before,
                    FilterState& after);
   // Takes effect from the newest state on: what was published stays.

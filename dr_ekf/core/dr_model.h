@@ -92,7 +92,7 @@ class DrModel {
   double TrackSpeed(double yaw, double dt) const;
   // Speed and turn rate of B now.
   Eigen::Vector2d Speeds(const FilterState& state) const;
-  // Of the errors of the sums of one sample: time error, quantisation.
+  // Covariance of the errors of the sums of one sample: time error, quantisation.
   Eigen::Matrix2d SumCovariance(bool has_ticks, const FilterState& state) const;
   // Variance of a sum's error (0: way, 1: turn) that is no slip.
   double SumError(int sum, const FilterState& state) const;
@@ -104,7 +104,7 @@ class DrModel {
                 double noise, FilterState& state) const;
 
   // dr_model_yaw.cc
-  // Of one wheel interval against the motion of the filter since the clone.
+  // One wheel interval against the motion of the filter since the clone.
   struct YawInnovation {
     Eigen::Matrix<double, 1, kErrorSize> H;
     double measured = 0;   // rad, true turn by the wheels
@@ -117,7 +117,7 @@ class DrModel {
   void UpdateYaw(const WheelSample& sample, FilterState& state) const;
   YawInnovation InnovateYaw(const WheelSample& sample, const FilterState& state) const;
   void DefineYaw(const WheelSample& sample, const YawInnovation& in, FilterState& state) const;
-  // Of the wheels' turn, beyond what the configuration says: see NoiseFactor.
+  // Variance of the wheels' turn beyond what the configuration says: see NoiseFactor.
   double ExtraTurnVariance(double turn, double wheel_turn, const FilterState& state) const;
   // A heading that does not change while the wheels turn is not believed.
   bool HeadingMayBeUsed(const WheelSample& sample, FilterState& state) const;

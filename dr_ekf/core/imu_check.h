@@ -1,4 +1,4 @@
-// Whether the IMU's numbers mean what the calibration says: unit, gravity, clock. Judged by what
+// Checks that the IMU's numbers mean what the calibration says (unit, gravity, clock), by what
 // needs no filter: gravity at any time, rates under still wheels, turns beside those of the wheels,
 // stamps beside those of the wheels (docs/adr/0018-who-is-wrong.md).
 #pragma once
@@ -70,7 +70,7 @@ class ImuCheck {
   int apart_imu_ = 0, apart_wheels_ = 0;
   std::optional<Utime> apart_since_imu_, apart_since_wheel_;
 
-  // Of the gyro under still wheels, and since the wheels' sample before; rad, axes of B.
+  // Turns of the gyro under still wheels, and since the wheels' sample before; rad, axes of B.
   Eigen::Vector3d rest_turn_ = Eigen::Vector3d::Zero();
   double rest_s_ = 0;
   Eigen::Vector3d gyro_turn_ = Eigen::Vector3d::Zero();

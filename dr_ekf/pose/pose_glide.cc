@@ -12,11 +12,6 @@ constexpr double kCatchUp = 2;
 // Images that are further apart do not tell of one motion.
 constexpr DurationUs kLongestGap = Milliseconds(1000);
 
-bool ClaimsPlace(const Pose& pose) {
-  const double variance = pose.cov_T_WB.diagonal().head<3>().maxCoeff();
-  return variance < PoseGlide::kClaimSigma * PoseGlide::kClaimSigma;
-}
-
 // The share of a step of `most` in a way of `length`, 1 when it reaches the end.
 double ShareOf(double most, double length) {
   return length > most ? most / length : 1.0;
@@ -32,7 +27,7 @@ SE3 PoseGlide::Outstanding(const Pose& corrected, const SE3& T_OB) const {
 
 bool PoseGlide::BeginsAnew(const Pose& corrected) const {
   return corrected.has_map != corrected_->has_map ||
-         (ClaimsPlace(corrected) && !ClaimsPlace(*corrected_));
+         (corrected.ClaimsPlace() && !corrected_->ClaimsPlace());
 }
 
 void PoseGlide::Observe(const Pose& corrected, const SE3& T_OB) {

@@ -39,10 +39,6 @@ class PoseGlide {
   // corrected: the next pose of the PoseComposer. stationary: of its DR state.
   Pose Push(const Pose& corrected, bool stationary);
 
-  // A position that is less certain than this (1 sigma, m) claims no place: the front-end does not
-  // take it for a hint either.
-  static constexpr double kClaimSigma = 1.0;
-
  private:
   bool DrBeganAnew(const Pose& corrected) const {
     return corrected.dr_reset_counter != corrected_->dr_reset_counter;

@@ -72,10 +72,7 @@ class RgbdDepth : public DepthSource {
 
   bool Measure(const CameraFrame& frame, DepthImage* depth) override {
     const ImageView& image = frame.depth;
-    if (image.format != PixelFormat::kDepth16 || image.width != camera_.width ||
-        image.height != camera_.height) {
-      return false;
-    }
+    if (!image.Is(PixelFormat::kDepth16, camera_.width, camera_.height)) return false;
     depth->assign(rays_.ray.size(), 0.0f);
     float* out = depth->data();
     for (int v = 0; v < rays_.height; ++v) {
@@ -133,10 +130,7 @@ class StereoDepth : public DepthSource {
 
   bool Measure(const CameraFrame& frame, DepthImage* depth) override {
     for (const ImageView* image : {&frame.left, &frame.right}) {
-      if (image->format != PixelFormat::kGray8 || image->width != camera_.width ||
-          image->height != camera_.height) {
-        return false;
-      }
+      if (!image->Is(PixelFormat::kGray8, camera_.width, camera_.height)) return false;
     }
     const cv::Mat left = Reduced(frame.left, 0);
     const cv::Mat right = Reduced(frame.right, 1);

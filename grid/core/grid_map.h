@@ -51,7 +51,7 @@ class GridMap {
 
   const std::map<Index2, GridTile>& tiles() const { return tiles_; }
   int64_t version() const { return version_; }  // of the newest tile
-  // Of the map's lengths, by its newest update; 1 before the first.
+  // Factor of the map's lengths, by its newest update; 1 before the first.
   double length_factor() const { return length_factor_.value_or(1); }
   int64_t map_revision() const { return map_revision_; }
   Utime utime() const { return utime_; }  // of the newest image added

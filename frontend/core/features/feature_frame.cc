@@ -77,8 +77,7 @@ class FeatureExtractor::Impl {
 
  private:
   bool Fits(const ImageView& image, PixelFormat format) const {
-    return image.data != nullptr && image.format == format && image.width == camera_.width &&
-           image.height == camera_.height && image.stride >= image.width * BytesPerPixel(format);
+    return image.Is(format, camera_.width, camera_.height);
   }
 
   Outcome ExtractRgbd(const CameraFrame& frame, FeatureFrame* out) {

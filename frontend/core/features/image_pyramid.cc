@@ -26,8 +26,7 @@ ImagePyramid::ImagePyramid(int width, int height, int num_levels, double scale_f
 }
 
 void ImagePyramid::Build(const ImageView& image) {
-  GW_CHECK(image.format == PixelFormat::kGray8 && image.width == levels_[0].width &&
-           image.height == levels_[0].height);
+  GW_CHECK(image.Is(PixelFormat::kGray8, levels_[0].width, levels_[0].height));
   filter_.Apply(image, &scratch_);
   filter_.Apply(scratch_.View(), &levels_[0]);
   for (size_t l = 1; l < levels_.size(); ++l) {

@@ -44,10 +44,10 @@ struct PixelKernels {
   // to the left, and not below the others. `columns`: room for end - begin.
   int (*peaks)(const uint8_t* above, const uint8_t* at, const uint8_t* below, int begin, int end,
                int16_t* columns);
-  // Of the 7x7 pixels about the centre. Reads 4 px around it, and one more to the right.
+  // The tensor of the 7x7 pixels about the centre. Reads 4 px around it, and one more to the right.
   StructureTensor (*structure_tensor)(const uint8_t* center, ptrdiff_t stride);
-  // Of the disc of radius kDiscRadius about the centre. Reads that many px around it, and one more
-  // to the right.
+  // Moments of the disc of radius kDiscRadius about the centre. Reads that many px around it, and
+  // one more to the right.
   Moments (*disc_moments)(const uint8_t* center, ptrdiff_t stride);
   // Sums of absolute differences of a patch of kPatchSide x kPatchSide pixels and kShifts patches
   // of another image, each one pixel to the right of the one before; of each pair the mean

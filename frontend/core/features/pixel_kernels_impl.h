@@ -43,7 +43,7 @@ struct Disc {
 };
 constexpr Disc kDisc;
 
-// Of the pixels of two patches, from the difference of their sums.
+// The mean difference of the pixels of two patches, from the difference of their sums.
 [[maybe_unused]] int MeanDifference(int sum) {
   constexpr int kPixels = PixelKernels::kPatchSide * PixelKernels::kPatchSide;
   return static_cast<int>(__builtin_lroundf(static_cast<float>(sum) / kPixels));

@@ -70,8 +70,7 @@ StereoRectifier::StereoRectifier(const CameraGeometry& geometry, Eye eye)
 }
 
 void StereoRectifier::Rectify(const ImageView& source, ImageBuffer* rectified) const {
-  GW_CHECK(source.format == PixelFormat::kGray8 && source.width == width_ &&
-           source.height == height_);
+  GW_CHECK(source.Is(PixelFormat::kGray8, width_, height_));
   rectified->Resize(width_, height_, width_);
   const Source* s = sources_.data();
   for (int v = 0; v < height_; ++v) {

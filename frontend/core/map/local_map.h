@@ -46,7 +46,7 @@ class LocalMap {
   // with all pieces, when a keyframe tells it: until then it tells nothing of where things are that
   // is taken in, but for snapshots. Returns the center; empty: so is the piece.
   std::optional<Eigen::Vector3d> ScaleLengths(double by);
-  // Of all lengths, see Keyframe; that of the map that it began with.
+  // The factor of all lengths (Keyframe says which); that of the map that it began with.
   double length_factor() const { return length_factor_; }
 
   // A snapshot has come: what the back-end has is here.

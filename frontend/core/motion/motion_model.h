@@ -62,8 +62,8 @@ class MotionModel {
   // frame. Empty also in variants without such edges, and while healthy vision contradicts it.
   std::optional<DrIncrement> Increment(Utime a, Utime b) const;
 
-  // Of the body, for a keyframe; empty also where DR tells no covariance. Whether vision
-  // contradicts DR or not: what is wrong with its ways and turns says nothing of the floor.
+  // Height of the body, for a keyframe; empty also where DR tells no covariance. Told also while
+  // vision contradicts DR: what is wrong with its ways and turns says nothing of the floor.
   std::optional<DrHeight> Height(Utime utime) const;
 
   // The motion of the camera as DR tells it, with the noise that it claims, whether vision agrees

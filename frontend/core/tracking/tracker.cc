@@ -33,8 +33,6 @@ constexpr double kSureQuality = 0.5;
 // How far the robot may go in the few images that it takes to see that the clock was set back.
 constexpr double kMovedMeanwhile = 0.3;   // m
 constexpr double kTurnedMeanwhile = 0.3;  // rad
-// A POSE that is less sure than this does not know where it is itself.
-constexpr double kHintSigma = 1.0;  // m
 
 // Why an image is not used.
 TrackingReason ProblemOf(FeatureExtractor::Outcome outcome) {
@@ -450,8 +448,7 @@ bool Tracker::Impl::Push(const MapUpdate& update) {
 }
 
 void Tracker::Impl::Push(const Pose& pose) {
-  const double variance = pose.cov_T_WB.diagonal().head<3>().maxCoeff();
-  if (!track_.placed() && pose.has_map && variance < kHintSigma * kHintSigma) hint_ = pose;
+  if (!track_.placed() && pose.has_map && pose.ClaimsPlace()) hint_ = pose;
 }
 
 void Tracker::Impl::Push(const PlaceMatch& match) {

@@ -4,8 +4,9 @@
 //  - that has no pose in a map that is there (start in a saved map);
 //  - whose vision breaks between two rich images, although dead reckoning saw hardly any motion (it
 //    was carried away, or something stands before the lens), or which sees another scene from one
-//    image to the next (ViewChange), which needs no landmark: doubt. Until vision returns, or a
-//    place is confirmed, nothing may be mapped, and the pose may not be claimed;
+//    image to the next (ViewChange), which needs no landmark: doubt. Until vision returns, a
+//    place is confirmed, or the images turn out to have followed the robot (PlaceWatch), nothing
+//    may be mapped, and the pose may not be claimed;
 //  - that has been without vision for kPatience, although the images are rich.
 //
 // Answers are hints. They are believed when kAgreeing of them, from different images, say the same

@@ -21,6 +21,7 @@ PlaceWatch::Verdict PlaceWatch::Observe(PlaceEvidence evidence, const FeatureFra
   verdict.sure = known && !place_.in_doubt();
   const bool lost = !verdict.sure && evidence.map_there;
   verdict.map_on = piece_start_.Observe(evidence.utime, !lost, frame, evidence.T_OC);
+  // Nobody carried it: it goes on where dead reckoning says, in the map as it is.
   if (verdict.map_on && known && place_.followed()) {
     place_.EndDoubt();
     verdict.map_on = false;

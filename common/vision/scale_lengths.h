@@ -19,7 +19,7 @@ inline SE3 ScaleLength(double factor, const SE3& T) {
   return SE3(T.rotation(), factor * T.translation());
 }
 
-// The features as they were if baseline, or unit of depth, had been `factor` (> 0) as large.
+// The features as if the baseline, or unit of depth, had been `factor` (> 0) times as large.
 inline void ScaleLengths(double factor, std::vector<Feature>* features) {
   const auto by = static_cast<float>(factor);
   for (Feature& f : *features) {

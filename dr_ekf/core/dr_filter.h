@@ -117,7 +117,7 @@ class DrFilter {
   // Puts the event in order; returns its index, or none when an equal one is there.
   std::optional<size_t> Insert(Event event);
   void ReplayFrom(size_t index);
-  // The state after one entry, for a model of the states; false: it began anew.
+  // `after` is the state `before` advanced by one event; false: it began anew.
   static bool Step(const DrModel& model, const Event& event, const FilterState& before,
                    FilterState& after);
   // Takes effect from the newest state on: what was published stays.

@@ -6,7 +6,7 @@
 namespace gw {
 
 struct GridConfig {
-  double rate_hz = 10;
+  double rate_hz = 0;
   double cell_m = 0.05;
   double step_m = 0.05;
   double robot_height_m = 0.45;
@@ -19,10 +19,11 @@ struct GridConfig {
   void VisitFields(Visitor& v) {
     v.Field(
         "rate_hz", rate_hz,
-        {.min = 0.2,
+        {.min = 0,
          .max = 60,
          .unit = "Hz",
-         .text = "images a second that are turned into depth; those between are not looked at"});
+         .text = "images a second that are turned into depth; those between are not looked at; 0: "
+                 "10 of RGB-D, 5 of stereo, which takes half a core to match at 10"});
     v.Field("cell_m", cell_m,
             {.min = 0.02, .max = 0.25, .unit = "m", .text = "side of a cell of the grid"});
     v.Field("step_m", step_m,
@@ -48,8 +49,8 @@ struct GridConfig {
             {.min = 0.01,
              .max = 5,
              .unit = "px",
-             .text = "standard deviation of the disparity that a depth is made from, in pixels of "
-                     "the camera; of RGB-D with calibration.camera.depth_baseline_m"});
+             .text = "stereo only: standard deviation of a matched disparity, in pixels of the "
+                     "camera; of RGB-D calibration.camera.disparity_sigma_px tells it"});
     v.Field("memory_s", memory_s,
             {.min = 0,
              .max = 600,

@@ -17,6 +17,11 @@ constexpr int kEnoughRows = 240;
 // Rows may be joined, they tell the same disparity.
 constexpr int kEnoughStereoColumns = 640;
 
+// A pixel of a depth image is off by the noise of its disparity, which the calibration tells, and
+// by what that does not hold: the steps in which it is told, and the mounting of the camera.
+// From 1.25 to 1.9 times as much serves as well (docs/adr/0036-floor-map-on-keyframes.md).
+constexpr double kPixelNoise = 1.5;
+
 int Reduction(int pixels, int enough) {
   return std::max(1, pixels / enough);
 }
@@ -49,14 +54,15 @@ namespace {
 
 class RgbdDepth : public DepthSource {
  public:
-  RgbdDepth(const CameraGeometry& geometry, const GridConfig& config)
+  explicit RgbdDepth(const CameraGeometry& geometry)
       : camera_(geometry.calibration.camera),
         step_u_(Reduction(camera_.width, kEnoughColumns)),
         step_v_(Reduction(camera_.height, kEnoughRows)) {
     rays_.width = camera_.width / step_u_;
     rays_.height = camera_.height / step_v_;
     rays_.origin = ToFloat(camera_.T_BC.translation());
-    rays_.sigma_per_m2 = config.disparity_sigma_px / (camera_.left.fx * camera_.depth_baseline_m);
+    rays_.sigma_per_m2 =
+        kPixelNoise * camera_.disparity_sigma_px / (camera_.left.fx * camera_.depth_baseline_m);
     for (int v = 0; v < rays_.height; ++v) {
       for (int u = 0; u < rays_.width; ++u) {
         const Eigen::Vector2d pixel((u * step_u_ - camera_.left.cx) / camera_.left.fx,
@@ -213,7 +219,7 @@ class StereoDepth : public DepthSource {
 std::unique_ptr<DepthSource> MakeDepthSource(const CameraGeometry& geometry,
                                              const GridConfig& config) {
   if (geometry.calibration.camera.kind == CameraKind::kRgbd) {
-    return std::make_unique<RgbdDepth>(geometry, config);
+    return std::make_unique<RgbdDepth>(geometry);
   }
   return std::make_unique<StereoDepth>(geometry, config);
 }

@@ -92,6 +92,20 @@ TEST(DepthSource, RgbdKeepsWhatIsFarEnoughAway) {
   EXPECT_FLOAT_EQ(depth[2], 1.5f);
 }
 
+TEST(DepthSource, TheNoiseOfADepthImageIsThatOfItsSensor) {
+  Calibration calibration = SceneCalibration();
+  const auto sigma_of = [&] {
+    return MakeDepthSource(*MakeCameraGeometry(calibration), {})->rays().sigma_per_m2;
+  };
+  const double before = sigma_of();
+  calibration.camera.disparity_sigma_px *= 3;  // a Kinect
+  EXPECT_NEAR(sigma_of(), 3 * before, 1e-12);
+  GridConfig coarse;
+  coarse.disparity_sigma_px *= 2;  // of matched pairs
+  EXPECT_NEAR(MakeDepthSource(StereoGeometry(), coarse)->rays().sigma_per_m2,
+              2 * MakeDepthSource(StereoGeometry(), {})->rays().sigma_per_m2, 1e-12);
+}
+
 TEST(DepthSource, AnImageOfAnotherKindOrSizeIsRefused) {
   const auto rgbd = MakeDepthSource(SceneGeometry(), {});
   const auto stereo = MakeDepthSource(StereoGeometry(), {});

@@ -163,7 +163,7 @@ void FloorScanner::AddHits(std::vector<Point>* points, size_t least_support,
 void FloorScanner::TrimFree(size_t first_free, FloorScan* scan) const {
   const auto begin = scan->free.begin() + static_cast<ptrdiff_t>(first_free);
   for (auto it = begin; it != scan->free.end(); ++it) {
-    it->to -= 2 * sigma_per_m2_ * it->to * it->to;
+    it->to -= 3 * sigma_per_m2_ * it->to * it->to;
   }
   scan->free.erase(std::remove_if(begin, scan->free.end(),
                                   [](const FloorScan::Stretch& s) { return s.to < s.from; }),

@@ -6,7 +6,7 @@
 // free only where it was seen: what is known of the space in front of a wall is not enough, a low
 // thing without texture may stand there. Standing things are seen in many pixels of one bearing;
 // their distance is the median of these, which halves the noise of stereo, and their foot keeps
-// what was seen of the floor from reaching into them. Where seen floor ends, it ends two standard
+// what was seen of the floor from reaching into them. Where seen floor ends, it ends three standard
 // deviations earlier: the foot of a wall without texture is not seen. What is so far away that its
 // place is not known to two cells is not put anywhere, but ends what is free.
 #pragma once
@@ -77,7 +77,7 @@ class FloorScanner {
 
   void ScanBearing(std::span<const Pixel> pixels, const DepthImage& depth, FloorScan* scan) const;
   void AddHits(std::vector<Point>* points, size_t least_support, FloorScan* scan) const;
-  // Ends each stretch of seen floor two standard deviations of its far end earlier.
+  // Ends each stretch of seen floor three standard deviations of its far end earlier.
   void TrimFree(size_t first_free, FloorScan* scan) const;
   void DropBlurred(size_t first_hit, FloorScan* scan) const;
   void CutFree(size_t first_free, size_t first_hit, FloorScan* scan) const;

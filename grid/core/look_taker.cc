@@ -1,10 +1,19 @@
 #include "grid/core/look_taker.h"
 
 namespace gw::grid {
+namespace {
+
+double RateOf(const GridConfig& config, CameraKind kind) {
+  if (config.rate_hz > 0) return config.rate_hz;
+  return kind == CameraKind::kStereo ? 5 : 10;
+}
+
+}  // namespace
 
 LookTaker::LookTaker(const CameraGeometry& geometry, const GridConfig& config)
     // The image nearest to the period, whatever the jitter of the camera.
-    : least_(DurationFromSeconds(1 / config.rate_hz - 0.5 / geometry.calibration.camera.rate_hz)),
+    : least_(DurationFromSeconds(1 / RateOf(config, geometry.calibration.camera.kind) -
+                                 0.5 / geometry.calibration.camera.rate_hz)),
       source_(MakeDepthSource(geometry, config)),
       scanner_(source_->rays(), config) {}
 

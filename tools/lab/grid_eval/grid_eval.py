@@ -137,9 +137,11 @@ def camera_of(config):
     forward = numpy.array([2 * (x * z + w * y), 2 * (y * z - w * x)])  # the optical axis in B
     grid = robot.get("grid", {})
     # Where the depth is known to two cells: farther away nothing is put into the map (grid/core/floor_scan.h).
-    baseline = camera["T_C0C1"]["p"][0] if camera["kind"] == "stereo" else camera.get("depth_baseline_m", 0.08)
-    sharp = numpy.sqrt(2 * grid.get("cell_m", 0.05) * camera["left"]["fx"] * baseline
-                       / grid.get("disparity_sigma_px", 0.2))
+    if camera["kind"] == "stereo":
+        baseline, sigma = camera["T_C0C1"]["p"][0], grid.get("disparity_sigma_px", 0.2)
+    else:
+        baseline, sigma = camera.get("depth_baseline_m", 0.08), 1.5 * camera.get("disparity_sigma_px", 0.1)
+    sharp = numpy.sqrt(2 * grid.get("cell_m", 0.05) * camera["left"]["fx"] * baseline / sigma)
     reach = min(grid.get("max_range_m", 4.0), sharp)
     return numpy.array(camera["T_BC"]["p"][:2]), numpy.arctan2(forward[1], forward[0]), view, reach
 

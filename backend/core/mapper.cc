@@ -44,9 +44,9 @@ bool SeesKnownGround(const Map& map, int least_shared) {
 
 Result<Mapper> Mapper::Create(const BackendConfig& config, const FrontendConfig& frontend,
                               const RectifiedCamera& camera, Map map, MapUse use) {
-  if (!(camera.fx > 0 && camera.fy > 0 && camera.baseline_m > 0)) {
+  if (!(camera.fx > 0 && camera.fy > 0 && camera.baseline_m > 0 && camera.depth_max_m > 0)) {
     return Error{ErrorCode::kBadConfig,
-                 "calibration.camera: focal length and baseline must be > 0"};
+                 "calibration.camera: focal length, baseline and depth_max_m must be > 0"};
   }
   if (frontend.orb.num_levels < 1 || frontend.orb.num_levels > kMaxLevel ||
       !(frontend.orb.scale_factor > 1)) {

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cinttypes>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "backend/core/map/map_check.h"
@@ -58,7 +59,8 @@ std::string CountNote(const backend::Map& before, const backend::Map& after) {
 }
 
 // The camera of a session. What a depth image's disparities are worth is not kept with the map: its
-// depth counts here as that of a stereo pair.
+// depth counts here as that of a stereo pair. Nor is the range kept: what the map has of depth was
+// in it.
 RectifiedCamera CameraOf(const backend::MapSession& session) {
   RectifiedCamera camera;
   const backend::FeatureSource& source = session.source;
@@ -69,6 +71,7 @@ RectifiedCamera CameraOf(const backend::MapSession& session) {
   camera.cx = source.cx;
   camera.cy = source.cy;
   camera.baseline_m = source.baseline_m;
+  camera.depth_max_m = std::numeric_limits<double>::infinity();
   camera.T_BC = session.T_BC;
   return camera;
 }

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "backend/core/mapper.h"
@@ -263,15 +264,37 @@ TEST_F(MapToolTest, CropKeepsWhatLiesInside) {
   }
 }
 
-// A part of a lap through a furnished room, on disk.
+// A part of a lap through a furnished room, on disk; by vision alone.
 void SaveDrive(const std::string& directory, uint64_t seed) {
   backend::World world({.seed = seed, .keyframes_per_lap = 40});
   backend::LoadedMap drive;
   backend::Mapper mapper = *backend::Mapper::Create({}, {}, backend::TestCamera());
-  for (int k = 0; k < 12; ++k) mapper.Insert(world.Make(k, mapper.map()));
+  for (int k = 0; k < 12; ++k) {
+    Keyframe keyframe = world.Make(k, mapper.map());
+    keyframe.dr.reset();
+    mapper.Insert(keyframe);
+  }
   drive.map = mapper.map();
   drive.sessions = {backend::MakeSession({1'000'000}, backend::TestCamera(), OrbConfig())};
   ASSERT_TRUE(backend::SaveMap(directory, drive).ok());
+}
+
+double Length(const backend::Map& map, KeyframeId from, KeyframeId to) {
+  return (map.FindKeyframe(from)->frame.T_WC.translation() -
+          map.FindKeyframe(to)->frame.T_WC.translation())
+      .norm();
+}
+
+// Poses and landmarks, not what the features tell.
+void Stretch(double by, backend::Map* map) {
+  std::set<LandmarkId> seen;
+  for (const auto& [id, keyframe] : map->keyframes()) {
+    const SE3& T_WC = keyframe.frame.T_WC;
+    map->SetPose(id, SE3(T_WC.rotation(), by * T_WC.translation()));
+    seen.insert(keyframe.frame.landmarks.begin(), keyframe.frame.landmarks.end());
+  }
+  seen.erase(LandmarkId{});
+  for (const LandmarkId id : seen) map->MutableLandmark(id).p_W *= by;
 }
 
 TEST_F(MapToolTest, MapsAreMergedOrTheReasonIsTold) {
@@ -298,6 +321,18 @@ TEST_F(MapToolTest, MapsAreMergedOrTheReasonIsTold) {
   ASSERT_TRUE(backend::SaveMap(Path("camera"), another_camera).ok());
   EXPECT_EQ(Run(merge + Path("camera") + " --out " + Path("x")), kExitBadConfig);
   EXPECT_THAT(output(), HasSubstr("different cameras: fx"));
+}
+
+TEST_F(MapToolTest, DisparitiesHoldTheLengthsOfMergedMaps) {
+  ASSERT_NO_FATAL_FAILURE(SaveDrive(Path("a"), 1));
+  backend::LoadedMap drive = *backend::LoadMap(Path("a"));
+  const double length = Length(drive.map, KeyframeId{1}, KeyframeId{12});
+  Stretch(1.02, &drive.map);  // two per cent more than the features' disparities say
+  ASSERT_TRUE(backend::SaveMap(Path("long"), drive).ok());
+  ASSERT_EQ(Run("merge " + Path("long") + " " + Path("long") + " --out " + Path("both")), kExitOk)
+      << output();
+  const auto both = backend::LoadMap(Path("both"));
+  EXPECT_NEAR(Length(both->map, KeyframeId{1}, KeyframeId{12}), length, 0.005 * length);
 }
 
 TEST_F(MapToolTest, ExitCodesTellUsageFromData) {

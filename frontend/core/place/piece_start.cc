@@ -1,6 +1,6 @@
 #include "frontend/core/place/piece_start.h"
 
-#include "frontend/core/place/place_confirmation.h"
+#include "frontend/core/place/rich_image.h"
 #include "frontend/core/place/view_change.h"
 
 namespace gw::frontend {
@@ -13,7 +13,7 @@ bool PieceStart::Observe(Utime utime, bool place_known, const FeatureFrame& fram
     return false;
   }
   if (!since_) since_ = utime;
-  if (frame.num_detected < PlaceConfirmation::kRich) return false;
+  if (frame.num_detected < kRichImage) return false;
   if (!compared_) {
     compared_ = Image{frame, *T_OC};
     return false;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/vision/same_place.h"
+#include "frontend/core/place/rich_image.h"
 
 namespace gw::frontend {
 namespace {
@@ -23,7 +24,7 @@ bool InARow(DurationUs time, const SE3& motion) {
 }  // namespace
 
 bool PlaceConfirmation::Contradicts(const PlaceEvidence& now) const {
-  if (!doubts_ || !now.placed || now.relocalised || now.num_detected < kRich || !now.T_OC)
+  if (!doubts_ || !now.placed || now.relocalised || now.num_detected < kRichImage || !now.T_OC)
     return false;
   if (now.num_inliers >= kByChance) return false;
   if (now.view == ViewVerdict::kOther) return true;
@@ -41,7 +42,7 @@ bool PlaceConfirmation::Observe(const PlaceEvidence& now) {
   if (vision) last_vision_ = now.utime;
   const bool well_tracked = now.num_inliers >= kWellTracked;
   on_probation_ = (on_probation_ || now.relocalised) && !well_tracked;
-  if ((well_tracked || (vision && on_probation_)) && now.num_detected >= kRich && now.T_OC) {
+  if ((well_tracked || (vision && on_probation_)) && now.num_detected >= kRichImage && now.T_OC) {
     good_ = now;
     followed_ = !on_probation_;
   } else if (!well_tracked) {
@@ -50,7 +51,7 @@ bool PlaceConfirmation::Observe(const PlaceEvidence& now) {
   const bool patient = !doubts_ || (last_vision_ && now.utime - *last_vision_ < kPatience);
   unsure_ = now.map_there && !vision && (!now.placed || in_doubt() || !patient);
   if (!unsure_) hints_.clear();
-  if (!unsure_ || now.num_detected < kRich || !now.T_OC) return false;
+  if (!unsure_ || now.num_detected < kRichImage || !now.T_OC) return false;
   if (last_asked_ && now.utime - *last_asked_ < kAskEvery) return false;
   last_asked_ = now.utime;
   return true;

@@ -42,9 +42,7 @@ class PlaceConfirmation {
   // map asks.
   explicit PlaceConfirmation(bool doubts = true) : doubts_(doubts) {}
 
-  static constexpr int kRich = 200;                            // features of a rich image
   static constexpr int kWellTracked = 60;                      // inliers before the break
-  static constexpr int kByChance = 30;                         // fewer inliers prove nothing
   static constexpr DurationUs kPatience = Milliseconds(1000);  // without vision
   static constexpr DurationUs kAskEvery = Milliseconds(200);
   static constexpr size_t kAgreeing = 3;

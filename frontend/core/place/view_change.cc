@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "common/vision/feature_grid.h"
-#include "frontend/core/place/place_confirmation.h"
+#include "frontend/core/place/rich_image.h"
 
 namespace gw::frontend {
 namespace {
@@ -20,7 +20,7 @@ constexpr double kTypicalDepth = 2;  // m, of features without
 constexpr double kEnoughInCommon = 0.5;
 
 bool IsRich(const FeatureFrame& frame) {
-  return static_cast<int>(frame.features.size()) >= PlaceConfirmation::kRich;
+  return static_cast<int>(frame.features.size()) >= kRichImage;
 }
 
 }  // namespace
@@ -64,7 +64,7 @@ ViewVerdict ViewChange::Compare(const Image& before, const FeatureFrame& frame,
   const SeenAgain again =
       CountSeenAgain(camera_, before.frame, frame, T_OC.inverse() * before.T_OC);
   const auto all = static_cast<double>(before.frame.features.size());
-  if (again.in_view <= kEnoughInCommon * all || again.expected < PlaceConfirmation::kByChance) {
+  if (again.in_view <= kEnoughInCommon * all || again.expected < kByChance) {
     return ViewVerdict::kUnknown;
   }
   return again.share() < kFewSeenAgain ? ViewVerdict::kOther : ViewVerdict::kSame;

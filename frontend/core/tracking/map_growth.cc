@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "frontend/core/place/rich_image.h"
+
 namespace gw::frontend {
 namespace {
 
@@ -29,7 +31,7 @@ bool MapGrowth::BeginsMap(const FeatureFrame& frame) const {
 
 bool MapGrowth::CanBeginPiece(const FeatureFrame& frame) const {
   if (map_->frozen() || !map_->there() || !maps_by_dr_) return false;
-  return CarriesTheNext(frame) && frame.num_detected >= PlaceConfirmation::kRich;
+  return CarriesTheNext(frame) && frame.num_detected >= kRichImage;
 }
 
 // An image may become a keyframe when it is known where it was taken, by vision or dead reckoning.

@@ -19,7 +19,7 @@ constexpr int kEnoughStereoColumns = 640;
 
 // A pixel of a depth image is off by the noise of its disparity, which the calibration tells, and
 // by what that does not hold: the steps in which it is told, and the mounting of the camera.
-// From 1.25 to 1.9 times as much serves as well (docs/adr/0036-floor-map-on-keyframes.md).
+// From 1.25 to 1.9 times as much serves as well (docs/adr/0037-free-is-seen-floor.md).
 constexpr double kPixelNoise = 1.5;
 
 int Reduction(int pixels, int enough) {

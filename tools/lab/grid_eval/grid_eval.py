@@ -139,7 +139,7 @@ def camera_of(config):
     # Where the depth is known to two cells: farther away nothing is put into the map (grid/core/floor_scan.h).
     if camera["kind"] == "stereo":
         baseline, sigma = camera["T_C0C1"]["p"][0], grid.get("disparity_sigma_px", 0.2)
-    else:
+    else:  # 1.5: kPixelNoise of grid/core/depth_source.cc
         baseline, sigma = camera.get("depth_baseline_m", 0.08), 1.5 * camera.get("disparity_sigma_px", 0.1)
     sharp = numpy.sqrt(2 * grid.get("cell_m", 0.05) * camera["left"]["fx"] * baseline / sigma)
     reach = min(grid.get("max_range_m", 4.0), sharp)

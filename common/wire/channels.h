@@ -64,7 +64,7 @@ inline constexpr std::array<Channel, 20> kChannels{{
     {kPlaceMatch, "place_match_t", "gw-backend", "after each PLACE_QUERY", QueuePolicy::kNewest,
      10},
     {kGrid, "grid_t", "gw-grid", "2 Hz", QueuePolicy::kEvery, 100},
-    {kObstacles, "obstacles_t", "gw-grid", "10 Hz", QueuePolicy::kNewest, 30},
+    {kObstacles, "obstacles_t", "gw-grid", "5 or 10 Hz", QueuePolicy::kNewest, 30},
     {kHealth, "health_t", "every process", "1 Hz", QueuePolicy::kNewest, 100},
     {kBaseCommand, "base_command_t", "gw-navigate", "20 Hz", QueuePolicy::kNewest, 40},
     {kGroundTruth, "ground_truth_t", "gw-sim, importer", "any", QueuePolicy::kEvery, 1000},

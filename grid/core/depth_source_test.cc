@@ -11,12 +11,7 @@ namespace {
 constexpr int kWidth = 640, kHeight = 480;
 
 CameraGeometry StereoGeometry() {
-  Calibration calibration = SceneCalibration();
-  CameraCalibration& c = calibration.camera;
-  c.kind = CameraKind::kStereo;
-  c.right = c.left;
-  c.T_C0C1 = SE3(Eigen::Quaterniond::Identity(), {0.05, 0, 0});
-  return *MakeCameraGeometry(calibration);
+  return *MakeCameraGeometry(StereoCalibration());
 }
 
 // A wall that fills the view, `disparity` px away; its right half is blank but for noise.

@@ -8,13 +8,8 @@ namespace gw::grid {
 namespace {
 
 // Of a second of images at 30 Hz whose stamps are early and late in turn: how many are looked at.
-int LooksInASecond(CameraKind kind, const GridConfig& config) {
-  Calibration calibration = SceneCalibration();
-  CameraCalibration& c = calibration.camera;
-  c.kind = kind;
-  c.rate_hz = 30;
-  c.right = c.left;
-  c.T_C0C1 = SE3(Eigen::Quaterniond::Identity(), {0.05, 0, 0});
+int LooksInASecond(Calibration calibration, const GridConfig& config) {
+  calibration.camera.rate_hz = 30;
   LookTaker looks(*MakeCameraGeometry(calibration), config);
   int taken = 0;
   for (int i = 0; i < 30; ++i) {
@@ -28,15 +23,15 @@ int LooksInASecond(CameraKind kind, const GridConfig& config) {
 }
 
 TEST(LookTaker, AStereoPairIsMatchedHalfAsOftenAsDepthIsRead) {
-  EXPECT_EQ(LooksInASecond(CameraKind::kRgbd, {}), 10);
-  EXPECT_EQ(LooksInASecond(CameraKind::kStereo, {}), 5);
+  EXPECT_EQ(LooksInASecond(SceneCalibration(), {}), 10);
+  EXPECT_EQ(LooksInASecond(StereoCalibration(), {}), 5);
 }
 
 TEST(LookTaker, TakesTheRateThatIsAskedFor) {
   GridConfig config;
   config.rate_hz = 15;
-  EXPECT_EQ(LooksInASecond(CameraKind::kRgbd, config), 15);
-  EXPECT_EQ(LooksInASecond(CameraKind::kStereo, config), 15);
+  EXPECT_EQ(LooksInASecond(SceneCalibration(), config), 15);
+  EXPECT_EQ(LooksInASecond(StereoCalibration(), config), 15);
 }
 
 }  // namespace

@@ -55,6 +55,15 @@ inline Calibration SceneCalibration() {
   c.T_BC = SE3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.1, 0, 0.25});
   return calibration;
 }
+// The same with a second eye in place of depth.
+inline Calibration StereoCalibration() {
+  Calibration calibration = SceneCalibration();
+  CameraCalibration& c = calibration.camera;
+  c.kind = CameraKind::kStereo;
+  c.right = c.left;
+  c.T_C0C1 = SE3(Eigen::Quaterniond::Identity(), {0.05, 0, 0});
+  return calibration;
+}
 inline CameraGeometry SceneGeometry() {
   return *MakeCameraGeometry(SceneCalibration());
 }

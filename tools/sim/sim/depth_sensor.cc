@@ -69,9 +69,10 @@ void MeasureDepth(const RenderedImage& scene, const std::vector<float>& signal,
         const float after = w[std::min(width - 1, x + kEdge)];
         const bool edge = std::abs(before - after) > kJump * std::max(before, after) &&
                           std::abs(before - 2 * w[x] + after) > 0.25f * std::abs(before - after);
-        const bool blank =
-            !config.projector && contrast[x] < static_cast<float>(config.min_contrast_grey);
-        if (hidden || edge || right_x < 0 || blank) continue;
+        if (hidden || edge || right_x < 0 ||
+            contrast[x] < static_cast<float>(config.min_contrast_grey)) {
+          continue;
+        }
         // Half of the variance is common to 4 x 4 pixels: neighbours share most of their window.
         const uint32_t pixel = static_cast<uint32_t>(y) * width + x;
         const uint32_t block = static_cast<uint32_t>(y / 4) * 0x10001u + x / 4 + 0x8000000u;

@@ -15,10 +15,9 @@ struct DepthConfig {
   double disparity_step_px = 0.125;
   double min_m = 0.25, max_m = 10;
   double unit_m = 0.001;
-  double min_contrast_grey = 0.8;  // mean gradient below which nothing is matched
-  // Its pattern is texture enough, on blank walls and in the dark. The grey image does not have it:
-  // it is taken by another eye, or while the projector is off.
-  bool projector = false;
+  // Mean gradient below which nothing is matched. 0: the pattern of a projector is texture enough,
+  // on blank walls and in the dark; the grey image, taken while it is off, does not have it.
+  double min_contrast_grey = 0.8;
 };
 
 // sigma (m) of the depth at depth z: fx b / z = d, so dz = z^2 / (fx b) dd; steps of the disparity
@@ -26,8 +25,8 @@ struct DepthConfig {
 double DepthSigma(const DepthConfig& config, double fx, double z);
 
 // scene: rendered; signal: the grey image before noise (CameraSensor::signal). depth: in units of
-// unit_m, 0 = none. Holes: outside [min_m, max_m]; without texture within 3 px, unless a projector
-// makes it; hidden from the right eye; within 2 px of a jump in depth.
+// unit_m, 0 = none. Holes: outside [min_m, max_m]; without texture within 3 px; hidden from the
+// right eye; within 2 px of a jump in depth.
 void MeasureDepth(const RenderedImage& scene, const std::vector<float>& signal,
                   const Pinhole& camera, const DepthConfig& config, uint64_t noise_key,
                   WorkerPool* pool, std::vector<uint16_t>* depth);

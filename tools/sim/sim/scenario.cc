@@ -139,7 +139,9 @@ void ReadCamera(const YAML::Node& node, YamlReport* report, Scenario* s) {
   map.Number("electrons_per_grey", &s->imager.electrons_per_grey, 1, 1000);
   map.Number("disparity_sigma_px", &s->depth.disparity_sigma_px, 0, 5);
   map.Number("disparity_step_px", &s->depth.disparity_step_px, 1e-4, 2);
-  map.Flag("projector", &s->depth.projector);
+  bool projector = false;
+  map.Flag("projector", &projector);
+  if (projector) s->depth.min_contrast_grey = 0;
   std::vector<double> position;
   map.Numbers("position_m", &position, 3);
   if (position.size() == 3) s->camera_position = {position[0], position[1], position[2]};

@@ -358,8 +358,8 @@ TEST(DepthSensor, ABlankWallAndAnOccludedStripHaveNoDepth) {
   std::vector<uint16_t> depth;
   MeasureDepth(scene, std::vector<float>(640 * 480, 100.0f), camera, {}, 1, &pool, &depth);
   for (const uint16_t d : depth) ASSERT_EQ(d, 0);
-  MeasureDepth(scene, std::vector<float>(640 * 480, 100.0f), camera, {.projector = true}, 1, &pool,
-               &depth);
+  MeasureDepth(scene, std::vector<float>(640 * 480, 100.0f), camera, {.min_contrast_grey = 0}, 1,
+               &pool, &depth);
   EXPECT_NEAR(depth[240 * 640 + 320], 2000, 300);
   // A post at 0.5 m before a wall at 2 m hides fx b (1/0.5 - 1/2) = 29 px of the wall, left of it.
   std::vector<float> signal(640 * 480);
